@@ -110,9 +110,13 @@ class _Pixel:
             world = prepared.select(self.chosen)
         self.native = NativeTracer(world, default_threads()) if prepared is None else prepared.native
         self.tracer = ReferenceTracer(world, default_threads())
-        self.rays = rays_through(self.tracer.scenery.camera, self.window, self.offsets)
-        self.hits = self.tracer.scenery.nearest_hit(self.rays)
-        self.light = self.tracer.scenery.trace_ray(self.rays, self.hits)[0].rgb
+        scenery = self.tracer.scenery
+        self.rays = rays_through(scenery.camera, self.window, self.offsets)
+        self.hits = scenery.nearest_hit(self.rays)
+        # The story of a sample tells of the same tests that its light comes from.
+        tests = scenery.shadow_tests(self.rays, self.hits) if scenery.settings.max_depth > 0 else ()
+        self.shadows = [[test.kept() for test in of_light] for of_light in tests]
+        self.light = scenery.trace_ray(self.rays, self.hits, self.shadows)[0].rgb
 
     def explanation(self, chosen: int, progress: Progress | None) -> Explanation:
         """Return the explanation with the story of one sample, counted from 0."""
@@ -175,7 +179,12 @@ class _Pixel:
         """Return the point of a sample among the objects that are listed, and its story."""
         only = np.array([chosen])
         ray, hit = self.rays.take(only), self.hits.take(only)
-        point = SurfacePoint(self.tracer.world, self.tracer.scenery, self.names, ray, hit)
+        shadows = [
+            [test.at(place) for test in tests]
+            for place in np.flatnonzero(self.tracer.scenery.receivers(self.hits) == chosen).tolist()
+            for tests in self.shadows
+        ]
+        point = SurfacePoint(self.tracer.world, self.tracer.scenery, self.names, ray, hit, shadows)
         lights, listed = lights_step(point), self._among_listed(point)
         return listed, Story(
             sample=chosen + 1,
@@ -193,7 +202,7 @@ class _Pixel:
             return point
         index = np.array([NOTHING if place == NOTHING else self.chosen[place] for place in point.hit.index])
         hit = replace(point.hit, index=index)
-        return SurfacePoint(prepared.world, prepared.listed, prepared.bodies.names, point.ray, hit)
+        return replace(point, world=prepared.world, scenery=prepared.listed, names=prepared.bodies.names, hit=hit)
 
     def _ray_step(self, ray: Ray, within: tuple[float, float]) -> Step:
         camera = self.tracer.scenery.camera

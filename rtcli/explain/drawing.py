@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from rtcli.explain.lighting import SurfacePoint, occlusions
+from rtcli.explain.lighting import SurfacePoint
 from rtcli.explain.records import (
     IN_ORDER,
     LINEAR,
@@ -36,7 +36,7 @@ from rtcli.explain.records import (
 from rtcli.explain.section import Disc, SectionPlane, Vector
 from rtcli.explain.shapes import SHAPES
 from rtcli.explain.words import triple
-from rtcli.tracer.reference import NOTHING, column, path_to_light, unit
+from rtcli.tracer.reference import NOTHING, LightSource, Occluder, column, path_to_light, unit
 
 # The most lights with a section, objects in a section, and marks on the number line.
 _MOST_SECTIONS, _MOST_OUTLINES, _MOST_MARKS = 8, 32, 12
@@ -176,9 +176,7 @@ class _Drawer:
         r = values.get("r", math.inf)
         between = share.blockers
         if share.places is not None and share.faces and share.same_side:  # of the middle
-            way = path_to_light(source, self.point.ray, self.point.hit)
-            (near,) = self.point.scenery.near_paths([source], self.point.ray, self.point.hit)
-            between = occlusions(self.point, source, way, near)
+            between = self.point.blockers(self._occluders(source))
         sine = source.size if math.isinf(r) else source.size / r if r > 0 else 0.0
         return ShadowRay(
             light=index,
@@ -190,6 +188,12 @@ class _Drawer:
             half_angle=math.asin(min(sine, 1.0)),
             stops=_stops(between, r),
         )
+
+    def _occluders(self, source: LightSource) -> Iterator[Occluder]:
+        """Yield what may stand between the point and the middle of a light."""
+        scenery, ray, hit = self.point.scenery, self.point.ray, self.point.hit
+        (near,) = scenery.near_paths([source], ray, hit)
+        yield from scenery.occluders(source, path_to_light(source, ray, hit), hit.index, near)
 
     def _plane(self, wi: Vector | None) -> SectionPlane:
         """Return the plane of the ray and a second direction: the light, or else the normal or up."""

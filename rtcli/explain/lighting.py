@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -36,12 +35,12 @@ from rtcli.tracer.reference import (
     Array,
     Hit,
     LightSource,
-    Mask,
+    Occluder,
     PathToLight,
     PointLight,
     Ray,
     Scenery,
-    Sides,
+    ShadowTest,
     SunLight,
     distance_to_eye,
     irradiance_of,
@@ -66,6 +65,8 @@ class SurfacePoint:
         The identity of each object.
     ray, hit
         The ray, and its nearest hit.
+    shadows
+        For each light the tests of its places, or its own; none where lights do not matter.
     """
 
     world: World
@@ -73,6 +74,7 @@ class SurfacePoint:
     names: Sequence[ObjectName]
     ray: Ray
     hit: Hit
+    shadows: Sequence[Sequence[ShadowTest]]
 
     @property
     def index(self) -> int:
@@ -91,15 +93,19 @@ class SurfacePoint:
             return BACKGROUND
         return SURFACE if self.source is None else SHINING
 
-    @cached_property
-    def seen_side(self) -> Sides:
-        """The side from which the object is seen, as `Object.side` has it: (1,)."""
-        return self.scenery.seen_sides(self.ray, self.hit)
-
     @property
     def is_lit(self) -> bool:
         """Whether the lights matter."""
         return self.kind == SURFACE and self.scenery.settings.max_depth > 0
+
+    def blockers(self, occluders: Iterable[Occluder]) -> tuple[Occlusion, ...]:
+        """Return what is between the point and a light, in the order of `Occlusion.distance`."""
+        found = (
+            Occlusion(self.names[occluder.index], float(occluder.t[0]))
+            for occluder in occluders
+            if occluder.between[0]
+        )
+        return tuple(sorted(found, key=lambda blocking: blocking.distance))
 
 
 # --- What is hit -----------------------------------------------------------------------------------------
@@ -112,7 +118,7 @@ def hit_step(point: SurfacePoint) -> HitStep:
         return HitStep("The nearest hit", "3.4", (), (), outcome, kind=BACKGROUND, object=None)
     name, shape = point.names[point.index], point.scenery.objects[point.index]
     notes = SHAPES[name.type]
-    side = int(point.seen_side[0])
+    side = int(point.scenery.seen_sides(point.ray, point.hit)[0])
     seen = f"The eye sees {name.label} {notes.sides[side]}."
     equations, square = _square(point, notes.on_face)
     return HitStep(
@@ -155,7 +161,7 @@ def _square(point: SurfacePoint, on_face: str) -> tuple[tuple[str, ...], tuple[N
 
 def lights_step(point: SurfacePoint) -> LightsStep:
     """Return the step for all lights at the surface point; without any where none matters."""
-    shares = tuple(_share(point, i) for i in range(len(point.scenery.light_sources))) if point.is_lit else ()
+    shares = tuple(_share(point, i) for i in range(len(point.shadows)))
     if not shares:
         return LightsStep("Each light at the point", "2.3, 3.4", (), (), _no_lights(point), lights=())
     lit = sum(share.verdict == LIT for share in shares)
@@ -198,18 +204,15 @@ def _no_lights(point: SurfacePoint) -> str:
 
 def _share(point: SurfacePoint, i: int) -> LightShare:
     scenery, source = point.scenery, point.scenery.light_sources[i]
-    way = path_to_light(source, point.ray, point.hit)
-    if scenery.places_of(source):
-        return _emitter_share(point, i, way)
-    cosine = float(way.cosine[0])
-    same_side = bool(scenery.same_side(source, point.hit, point.seen_side)[0])
-    faces = cosine > 0
-    (near,) = scenery.near_paths([source], point.ray, point.hit)
-    blockers = occlusions(point, source, way, near) if faces and same_side else ()
+    if source.size:
+        return _emitter_share(point, i)
+    (test,) = point.shadows[i]
+    faces, same_side = bool(test.way.cosine[0] > 0), bool(test.same_side[0])
+    blockers = point.blockers(test.occluders)
     surface = SHAPES[point.names[point.index].type].surface
     start = "light" if isinstance(source, PointLight) else "point"
     verdict, outcome = _verdict(faces, same_side, blockers, (surface, start))
-    irradiance = irradiance_of(source, way, np.flatnonzero([verdict == LIT]))
+    irradiance = irradiance_of(source, test.way, test.lit())
     return LightShare(
         **_identity(point, i),
         verdict=verdict,
@@ -217,7 +220,7 @@ def _share(point: SurfacePoint, i: int) -> LightShare:
         same_side=same_side,
         blockers=blockers,
         radiance=triple(scenery.reflected(irradiance, point.hit)),
-        numbers=_numbers(source, way),
+        numbers=_numbers(source, test.way),
         inputs=_inputs(source),
         outcome=outcome,
     )
@@ -245,26 +248,27 @@ def _inputs(source: LightSource) -> tuple[Number, ...]:
     return Number(name, float(source.intensity)), Number("color", triple(source.color))
 
 
-def _emitter_share(point: SurfacePoint, i: int, middle: PathToLight) -> LightShare:
+def _emitter_share(point: SurfacePoint, i: int) -> LightShare:
     """Return the share of a light with a size: the sum over its places."""
     scenery, source = point.scenery, point.scenery.light_sources[i]
-    places = scenery.places_of(source)
+    middle = path_to_light(source, point.ray, point.hit)
     unhidden, reached = np.zeros(1), np.zeros(1)
     facing, beyond, reaching, hidden = 0, 0, 0, Counter[ObjectName]()
-    for place, near in zip(places, scenery.near_paths(places, point.ray, point.hit), strict=True):
-        way = path_to_light(place, point.ray, point.hit)
-        if not way.cosine[0] > 0:
+    for test in point.shadows[i]:
+        if not test.way.cosine[0] > 0:
             continue
         facing += 1
-        unhidden += place.weight(way)
-        if not scenery.same_side(place, point.hit, point.seen_side)[0]:
+        unhidden += test.weight()
+        if not test.same_side[0]:
             beyond += 1
-        elif blockers := occlusions(point, place, way, near):
+        elif blockers := point.blockers(test.occluders):
             hidden[blockers[0].object] += 1
         else:
             reaching += 1
-            reached += place.weight(way)
-    seen = Places(len(places), facing, reaching, tuple(HiddenPlaces(*item) for item in hidden.most_common()))
+            reached += test.weight()
+    seen = Places(
+        len(point.shadows[i]), facing, reaching, tuple(HiddenPlaces(*item) for item in hidden.most_common())
+    )
     irradiance = scenery.soft_irradiance(source, middle, (unhidden, reached))
     verdict = LIT if reaching else TURNED_AWAY if not facing else OTHER_SIDE if beyond == facing else BLOCKED
     return LightShare(
@@ -318,19 +322,6 @@ def _verdict(
         return LIT, "nothing blocks it, so it reaches the point"
     between = listed([f"{item.object.label} at distance {number(item.distance)}" for item in blockers])
     return BLOCKED, f"blocked by {between} from the {start}"
-
-
-def occlusions(point: SurfacePoint, source: LightSource, way: PathToLight, near: Mask) -> tuple[Occlusion, ...]:
-    """Return the objects between the point and a light, in the order of `Occlusion.distance`.
-
-    Only those in `near` (objects,) are asked; see `Scenery.near_paths`.
-    """
-    found = (
-        Occlusion(point.names[occluder.index], float(occluder.t[0]))
-        for occluder in point.scenery.occluders(source, way, point.hit.index, near)
-        if occluder.between[0]
-    )
-    return tuple(sorted(found, key=lambda blocking: blocking.distance))
 
 
 # --- The radiance ----------------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ from rtcli.explain.section import (
     cut_sphere,
 )
 from rtcli.explain.words import number, triple
-from rtcli.tracer.reference import PARALLEL, Array, Box, Capsule, Frustum, Plane, Ray, Sphere, length
+from rtcli.tracer.reference import PARALLEL, Array, Box, Capsule, Frustum, Place, Plane, Ray, Side, Sphere, length
 
 
 class Miss(NamedTuple):
@@ -230,12 +230,10 @@ _BESIDE_SLAB = Miss(
 )
 
 
-def _of_side(shape: Frustum, ray: Ray) -> tuple[Number, ...]:
-    terms = shape.side_terms(ray)
+def _of_side(terms: Side, start: Place, ray: Ray) -> tuple[Number, ...]:
     if ray.beside is not None:  # m, B and C depend on where a ray starts
         return Number("A", float(terms.a[0])), Number("D", float(terms.discriminant[0]))
-    place = shape.place(ray.offset)
-    values = {"m": place.m, "A": terms.a[0], "B": terms.b[0], "C": place.power, "D": terms.discriminant[0]}
+    values = {"m": start.m, "A": terms.a[0], "B": terms.b[0], "C": start.power, "D": terms.discriminant[0]}
     return tuple(Number(name, float(value)) for name, value in values.items())
 
 
@@ -244,7 +242,9 @@ def _span(name: str, enter: Array, leave: Array) -> Number:
 
 
 def _intersect_frustum(shape: Frustum, ray: Ray) -> RayTerms:
-    side, slab, common = shape.side_terms(ray), shape.slab(ray), _of_side(shape, ray)
+    start = shape.place(ray.offset)
+    side, slab = shape.side_terms(ray, start), shape.slab(ray, start)
+    common = _of_side(side, start, ray)
     if side.discriminant[0] < 0:
         return _missed(common, _PASSED_BY_SIDE)
     spans = {"side": (side.enter, side.leave), "slab": slab}
@@ -286,7 +286,9 @@ _PASSED_BY_END = Miss(
 
 
 def _intersect_capsule(shape: Capsule, ray: Ray) -> RayTerms:
-    side, common = shape.tube.side_terms(ray), _of_side(shape.tube, ray)
+    start = shape.tube.place(ray.offset)
+    side = shape.tube.side_terms(ray, start)
+    common = _of_side(side, start, ray)
     if side.discriminant[0] < 0:
         return _missed(common, _PASSED_BY_SIDE)
     numbers = (*common, _span("side", side.enter, side.leave))

@@ -16,7 +16,7 @@ import math
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from threading import Event
 from typing import Any, NamedTuple, TypeAlias
 
@@ -485,11 +485,14 @@ class Object(ABC):
     ----------
     size
         The sum of half the object's lengths along its axes; 0 without a size.
+    flat
+        The unit normals of its flat faces, one of each pair: (3, 1) each.
     """
 
     # Whether the surface has an inside.
     is_solid = True
     size = 0.0
+    flat: Sequence[Array] = ()
 
     def __init__(
         self,
@@ -737,6 +740,7 @@ class Plane(Object):
 
     def _set_parameters(self, parameters: Sequence[float]) -> None:
         self.direction = unit(column(parameters))
+        self.flat = (self.direction,)
 
     def intersection_parameter(self, ray: Ray) -> Array:
         """Return t where it is > 0 and the ray is not parallel to the plane: |l . n| >= 1e-6."""
@@ -833,6 +837,7 @@ class Box(Object):
         width, height, depth = self.half.ravel().tolist()
         self.size = min(width + height + depth, sys.float_info.max)
         self.axes = _turned_axes((x, y, z))
+        self.flat = [column(axis) for axis in self.axes]
         # Slightly large, so that rounding never rejects a ray through a corner.
         self.bounding_radius = math.hypot(*self.half.ravel()) * (1 + 1e-9)
 
@@ -1022,6 +1027,7 @@ class Frustum(Object):
         scaled = column(axis)
         scaled = scaled / np.abs(scaled).max()  # so that no square overflows or vanishes
         self.axis = scaled / length(scaled)
+        self.flat = (self.axis,)
         self.half = height / 2
         slant = math.hypot(height, top - base)
         self.sine, self.cosine = ((top - base) / slant, height / slant) if slant > 0 else (0.0, 1.0)
@@ -1035,13 +1041,13 @@ class Frustum(Object):
 
     def span(self, ray: Ray) -> tuple[Array, Array]:
         """Return where each ray enters and leaves the frustum, two (N,): NaN where it misses the side."""
-        side = self.side_terms(ray)
-        near, far = self.slab(ray)
+        start = self.place(ray.offset)
+        side, (near, far) = self.side_terms(ray, start), self.slab(ray, start)
         missed = ~(side.discriminant >= 0)
         return np.where(missed, np.nan, np.fmax(side.enter, near)), np.fmin(side.leave, far)
 
-    def side_terms(self, ray: Ray) -> Side:
-        """Solve d cos(alpha) = m, for the nappe of the double cone where m >= 0.
+    def side_terms(self, ray: Ray, start: Place) -> Side:
+        """Solve d cos(alpha) = m, for the nappe of the double cone where m >= 0, given where rays start.
 
         With the components of the ray's direction along e, from the axis to its start, e x a and the axis a, and
         with z, d and m of its start::
@@ -1060,7 +1066,6 @@ class Frustum(Object):
         """
         if ray.beside is not None:
             return self._parallel_side_terms(ray)
-        start = self.place(ray.offset)
         frame = self._frame(start)
         w_1, w_2, w_3 = self._components(ray.direction, frame)
         o_1 = start.m if start.height == 0 else self.cosine * start.away
@@ -1110,9 +1115,9 @@ class Frustum(Object):
         leave = np.where((a < 0) & (w_3 > 0), np.inf, upper)
         return Side(a, b, discriminant, begin + enter, begin + leave)
 
-    def slab(self, ray: Ray) -> tuple[Array, Array]:
+    def slab(self, ray: Ray, start: Place) -> tuple[Array, Array]:
         """Return where each ray enters and leaves the slab |z| <= h / 2 between the discs: two (N,)."""
-        z, along = self.height_of_start(ray), dot(ray.direction, self.axis)
+        z, along = self.height_of_start(ray, start), dot(ray.direction, self.axis)
         low, high = (-self.half - z) / along, (self.half - z) / along
         outside = np.where(np.abs(z) > self.half, np.inf, -np.inf)
         near = np.where(along == 0, outside, np.minimum(low, high))
@@ -1121,8 +1126,8 @@ class Frustum(Object):
 
     def normal(self, ray: Ray, t: Array) -> Array:
         """Return +-a on a disc, else n = cos(alpha) (P - foot) / d - sin(alpha) a, turned to the viewer."""
-        near, far = self.slab(ray)
-        side = self.side_terms(ray)
+        start = self.place(ray.offset)
+        side, (near, far) = self.side_terms(ray, start), self.slab(ray, start)
         if ray.beside is None:
             outside = np.full(t.shape, self.side(ray.offset) > 0)
         else:
@@ -1147,9 +1152,9 @@ class Frustum(Object):
         across = length(direction - dot(direction, self.axis) * self.axis)
         return np.abs(dot(direction, self.axis)) * self.half + max(self.radii) * across
 
-    def height_of_start(self, ray: Ray) -> Array:
+    def height_of_start(self, ray: Ray, start: Place) -> Array:
         """Return the height above the middle where each ray starts: () or (N,)."""
-        z = np.asarray(self.place(ray.offset).z)
+        z = np.asarray(start.z)
         return z if ray.beside is None else z + dot(ray.beside, self.axis)
 
     def side(self, point: Array) -> int:
@@ -1252,9 +1257,10 @@ class Capsule(Object):
         It does so where it enters and leaves the side of the cylinder. Where that is beyond an end, the sphere
         around the end counts.
         """
-        side = self.tube.side_terms(ray)
+        start = self.tube.place(ray.offset)
+        side = self.tube.side_terms(ray, start)
         base, top = self.base.quadratic(ray), self.top.quadratic(ray)
-        z, along = self.tube.height_of_start(ray), dot(ray.direction, self.tube.axis)
+        z, along = self.tube.height_of_start(ray, start), dot(ray.direction, self.tube.axis)
 
         def within(t: Array, of_base: Array, of_top: Array) -> Array:
             height = z + t * along
@@ -1443,6 +1449,52 @@ class Occluder:
     between: Mask
 
 
+@dataclass(frozen=True)
+class ShadowTest:
+    """The test which of N surface points a light without a size reaches.
+
+    Parameters
+    ----------
+    source, way
+        The light, and the paths to it.
+    same_side
+        (N,) bool: see `Scenery.same_side`.
+    facing
+        (K,): the points that face the light on the eye's side, so that something else has to decide.
+    occluders
+        The objects that may do so, on the K paths. They are found on the way, so there is one pass unless `kept`.
+    """
+
+    source: LightSource
+    way: PathToLight
+    same_side: Mask
+    facing: Indices
+    occluders: Iterable[Occluder]
+
+    def kept(self) -> ShadowTest:
+        """Return the test with the occluders in memory."""
+        return replace(self, occluders=tuple(self.occluders))
+
+    def at(self, point: int) -> ShadowTest:
+        """Return the test of one of the points; this one has to be kept."""
+        only, tested = np.array([point]), np.flatnonzero(self.facing == point)
+        occluders = (Occluder(each.index, each.t[tested], each.between[tested]) for each in self.occluders)
+        facing = np.zeros_like(tested)
+        kept = tuple(occluders) if tested.size else ()
+        return ShadowTest(self.source, self.way.take(only), self.same_side[only], facing, kept)
+
+    def weight(self) -> Array:
+        """Return the weight of the light at each point, 0 below its horizon: (N,); see `LightSource.weight`."""
+        return np.where(self.way.cosine > 0, self.source.weight(self.way), 0.0)
+
+    def lit(self) -> Indices:
+        """Return the points that the light reaches."""
+        blocked = np.zeros(len(self.facing), dtype=bool)
+        for occluder in self.occluders:
+            blocked |= occluder.between
+        return self.facing[~blocked]
+
+
 def seen_directly(source: PointLight, ray: Ray) -> Array:
     """Return intensity * color / (4 pi r^2), r from the light to the eye (section 3.4): (3, 1)."""
     return source.light_at(distance_to_eye(source, ray)).rgb
@@ -1568,19 +1620,34 @@ class Scenery:
         counts: list[int] = sum(over_tiles(count_tile, window, threads, None, self._abandoned), nothing).tolist()
         return counts
 
-    def trace_ray(self, ray: Ray, hit: Hit) -> tuple[Light, int]:
+    def trace_ray(
+        self, ray: Ray, hit: Hit, shadows: Iterable[Iterable[ShadowTest]] | None = None
+    ) -> tuple[Light, int]:
         """Return the light that reaches the rays' offset (t = 0) from their hits, and the number of shadow rays.
 
         The nearest object decides: nothing hit gives the background; an object that carries a light is seen
         shining; any other surface is lit by the light sources, or black if `max_depth` is 0.
+
+        Parameters
+        ----------
+        ray, hit
+            The rays, and their nearest hits.
+        shadows
+            The result of `shadow_tests`, if it is known.
         """
         radiance = np.repeat(column(self.settings.background), len(hit.t), axis=1)
         surfaces = np.flatnonzero(hit.index != NOTHING)
-        shining = self.shining[hit.index[surfaces]]
-        self._add_shining(radiance, surfaces[shining], ray, hit)
-        lit = surfaces[~shining]
-        radiance[:, lit], shadow_rays = self._direct_light(ray.take(lit), hit.take(lit))
+        self._add_shining(radiance, surfaces[self.shining[hit.index[surfaces]]], ray, hit)
+        lit = self.receivers(hit)
+        tests = self.shadow_tests(ray, hit) if shadows is None else shadows
+        radiance[:, lit], shadow_rays = self._direct_light(ray.take(lit), hit.take(lit), tests)
         return Light(radiance, np.ones(1)), shadow_rays
+
+    def receivers(self, hit: Hit) -> Indices:
+        """Return the hits on surfaces that lights may light: objects that carry none."""
+        surfaces = np.flatnonzero(hit.index != NOTHING)
+        receivers: Indices = surfaces[~self.shining[hit.index[surfaces]]]
+        return receivers
 
     def nearest_hit(self, ray: Ray) -> Hit:
         """Return the nearest hit of each ray; where surfaces coincide, that of the first object."""
@@ -1627,7 +1694,7 @@ class Scenery:
             if source is not None:
                 radiance[:, rays[hit.index[rays] == i]] = seen_directly(source, ray)
 
-    def _direct_light(self, ray: Ray, hit: Hit) -> tuple[Array, int]:
+    def _direct_light(self, ray: Ray, hit: Hit, shadows: Iterable[Iterable[ShadowTest]]) -> tuple[Array, int]:
         """Return the radiance from surfaces to the rays' offset, and the number of shadow rays (section 3.4).
 
         radiance = albedo * ambient + sum over lights of albedo / pi * L_i * cos(theta) (sections 2.3.1 to 2.3.3)
@@ -1636,8 +1703,8 @@ class Scenery:
             return np.zeros_like(hit.normal), 0
         radiance = self.ambient(hit)
         shadow_rays = 0
-        for source in self.light_sources:
-            irradiance, traced = self._irradiance(source, ray, hit)
+        for source, tests in zip(self.light_sources, shadows, strict=True):
+            irradiance, traced = self._irradiance(source, ray, hit, tests)
             radiance += self.reflected(irradiance, hit)
             shadow_rays += traced
         if self.settings.eye_falloff:
@@ -1653,20 +1720,22 @@ class Scenery:
         """Return the reflected radiance: albedo / pi * L_i * cos(theta) (section 2.3.1): (3, N)."""
         return hit.albedo / math.pi * irradiance
 
-    def _irradiance(self, source: LightSource, ray: Ray, hit: Hit) -> tuple[Array, int]:
-        """Return the irradiance of one light at each surface point, (3, N), and the number of shadow rays."""
-        places = self.places_of(source)
-        if not places:
-            return self._sharp_irradiance(source, ray, hit)
+    def _irradiance(
+        self, source: LightSource, ray: Ray, hit: Hit, tests: Iterable[ShadowTest]
+    ) -> tuple[Array, int]:
+        """Return the irradiance of a light at each surface point, (3, N), and the number of shadow rays.
+
+        Without a size it is L_i * cos(theta), 0 in shadow; else see `soft_irradiance`.
+        """
+        if not source.size:
+            (test,) = tests
+            return irradiance_of(source, test.way, test.lit()), len(test.facing)
         unhidden, reached, traced = np.zeros(len(hit.t)), np.zeros(len(hit.t)), 0
-        seen = self.seen_sides(ray, hit)
-        for place, near in zip(places, self.near_paths(places, ray, hit), strict=True):
-            way = path_to_light(place, ray, hit)
-            lit, facing = self._lit(place, way, (hit, seen), near)
-            weight = np.where(way.cosine > 0, place.weight(way), 0.0)
+        for test in tests:
+            lit, weight = test.lit(), test.weight()
             unhidden += weight
             reached[lit] += weight[lit]
-            traced += facing
+            traced += len(test.facing)
         return self.soft_irradiance(source, path_to_light(source, ray, hit), (unhidden, reached)), traced
 
     def soft_irradiance(self, source: LightSource, way: PathToLight, sums: tuple[Array, Array]) -> Array:
@@ -1697,31 +1766,28 @@ class Scenery:
             self._places[source] = source.places(pattern)
         return self._places[source]
 
-    def _sharp_irradiance(self, source: LightSource, ray: Ray, hit: Hit) -> tuple[Array, int]:
-        """Return L_i * cos(theta) of a light without a size at each surface point, 0 in shadow: (3, N).
+    def shadow_tests(self, ray: Ray, hit: Hit) -> Iterator[Iterator[ShadowTest]]:
+        """Yield for each light source the tests of its places, or its own, at all `receivers` of rays.
 
         A surface is lit from the viewer's side only. All shapes are convex, so where eye and light are on the
         same side of an object and cos(theta) > 0, the object cannot stand in its own light: it is left out of
         its own shadow test, and no epsilon is needed.
         """
-        way = path_to_light(source, ray, hit)
-        (near,) = self.near_paths([source], ray, hit)
-        lit, facing = self._lit(source, way, (hit, self.seen_sides(ray, hit)), near)
-        return irradiance_of(source, way, lit), facing
+        lit = self.receivers(hit)
+        ray, hit = ray.take(lit), hit.take(lit)
+        seen = self.seen_sides(ray, hit)
+        for source in self.light_sources:
+            yield self._shadow_tests(self.places_of(source) or [source], (ray, hit, seen))
 
-    def _lit(
-        self, source: LightSource, way: PathToLight, seen: tuple[Hit, Sides], near: Mask
-    ) -> tuple[Indices, int]:
-        """Return the points that a light without a size reaches, and the number of those that face it.
-
-        The points are hits, seen from some sides; `near` is a row of `near_paths`.
-        """
-        facing = np.flatnonzero((way.cosine > 0) & self.same_side(source, *seen))
-        receiver = seen[0].index[facing]
-        blocked = np.zeros(len(facing), dtype=bool)
-        for occluder in self.occluders(source, way.take(facing), receiver, near):
-            blocked |= occluder.between
-        return facing[~blocked], len(facing)
+    def _shadow_tests(self, sources: Sequence[LightSource], seen: tuple[Ray, Hit, Sides]) -> Iterator[ShadowTest]:
+        """Yield the tests of lights without a size at hits that are seen from some sides."""
+        ray, hit, sides = seen
+        for source, near in zip(sources, self.near_paths(sources, ray, hit), strict=True):
+            way = path_to_light(source, ray, hit)
+            same_side = self.same_side(source, hit, sides)
+            facing = np.flatnonzero((way.cosine > 0) & same_side)
+            occluders = self.occluders(source, way.take(facing), hit.index[facing], near)
+            yield ShadowTest(source, way, same_side, facing, occluders)
 
     def same_side(self, source: LightSource, hit: Hit, seen: Sides) -> Mask:
         """Return for each hit whether the light can reach what the eye sees of the object: (N,).
@@ -1761,7 +1827,8 @@ class Scenery:
 
             (C - P) . d - extent(d) > max(s, r l . d)
 
-        Two are tried: from the nearest point of the path to the object, and into the surface.
+        Tried are those from the nearest point of the path to the object, into the surface, and onto the object's
+        flat faces.
         """
         middle, spread = _extent(ray.sight(hit.t))
         point = ray.offset + middle
@@ -1779,7 +1846,8 @@ class Scenery:
                 continue
             to_object = to_objects[:, i : i + 1]
             apart = to_object - np.clip(dot(to_object, wi), 0.0, distance) * wi
-            for direction in unit(apart), -hit.normal[:, :1]:
+            onto_faces = (np.copysign(1.0, dot(to_object, face)) * face for face in shape.flat)
+            for direction in (unit(apart), -hit.normal[:, :1], *onto_faces):
                 free = dot(to_object, direction) - shape.extent(direction) - rounding[i]
                 near[:, i] &= ~(free > np.maximum(spread, distance * dot(wi, direction)))
         return near
