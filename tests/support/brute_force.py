@@ -695,10 +695,13 @@ class BruteForce:
             return
         way, r, fading = lamp.ways_from(points.position)
         height = dot(points.normal, way)
-        height = np.where(np.abs(height) <= ROUNDING * np.abs(way).sum(axis=0) + points.error, 0.0, height)
+        # The way to a sun is the same from everywhere.
+        lost = ROUNDING * np.abs(way).sum(axis=0) + (points.error if lamp.toward is None else 0.0)
+        height = np.where(np.abs(height) <= lost, 0.0, height)
         arriving = reflected * lamp.intensity * lamp.color / fading
         picture.tolerance[:, pixels] += arriving * (1e-5 + 4 * points.blur / r)
-        facing = np.flatnonzero(height > -points.blur)
+        # What faces away from a sun by rounding gets no light to speak of.
+        facing = np.flatnonzero(height > (-points.blur if lamp.toward is None else 0.0))
         is_open, sure = self._unblocked(lamp, Points(*(values[..., facing] for values in points)), way[:, facing])
         lit = facing[is_open & (height[facing] > 0)]
         light = arriving[:, lit] * height[lit] / length(way[:, lit])
@@ -733,10 +736,10 @@ class BruteForce:
         else:
             whole, share, spread = height / r**3, 1.0, 4 * np.pi
         above = height >= lamp.size
-        value = np.where(above, whole * reached / unhidden, share * reached / len(lamp.places))
+        value = np.where(above, whole * (reached / unhidden), share * reached / len(lamp.places))
         light = reflected * lamp.intensity * lamp.color / spread * value
         picture.radiance[:, pixels] += light
-        picture.tolerance[:, pixels] += 1e-3 * light
+        picture.tolerance[:, pixels] += (1e-3 + 8e-6 / picture.steep[pixels]) * light
         sure &= np.abs(height - lamp.size) > 1e-4 * (lamp.size + np.abs(height))
         picture.clear[pixels] &= sure
 

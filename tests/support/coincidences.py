@@ -18,6 +18,7 @@ ROTATIONS = (0, 0, 0, 30, 45, 90, 180, 1e9, 17.3)
 UNITS = (1.0, 1.0, 1.0, 0.1, 1 / 3, 1e-6, 1e6, 1e-3, 2.0**-20, 2.0**20)
 ROUND = ("cylinder", "capsule", "cone")
 AXES = ([0, 1, 0], [0, 1, 0], [0, -2, 0], [1, 0, 0], [0, 0, 1], [1, 1, 0], [1, 2, 2])
+SUNS = ([0, -1, 0], [0, -1, 0], [-1, 0, 0], [0, 0, 1], [0, 1, 0], [1, -1, 0], [-1, -2, -2], [0, -3, 4])
 NORMALS = ([0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 0, -1], [1, 1, 0], [1, 2, 2], [0, 3, 4])
 
 
@@ -48,6 +49,10 @@ class _Draw:
         if self.rng.random() < 0.08:
             self.add_something_far(lights)
         render = {"background": self.color(), "eye_falloff": self.rng.random() < 0.1}
+        lights = [self.sun(light) if self.rng.random() < 0.15 else light for light in lights]
+        if self.rng.random() < 0.15:
+            self.add_sizes(lights)
+            render["shadow_samples"] = self.rng.choice((1, 2, 4, 7))
         return {"camera": camera, "lights": lights, "objects": self.objects, "render": render}
 
     # --- Objects ---------------------------------------------------------------------------------------------
@@ -173,6 +178,22 @@ class _Draw:
             position = [x + self.unit * self.rng.choice((1e4, -1e6)) for x in position]
         return {"position": position, "intensity": self.intensity(), "color": self.color()}
 
+    def sun(self, light: Data) -> Data:
+        """Return a sun in place of a light: often along the axis or the side of a shape."""
+        round_shapes = [shape for shape in self.objects if shape["type"] in ROUND]
+        direction = self.rng.choice(SUNS)
+        if round_shapes and self.rng.random() < 0.6:
+            direction = self.along(self.rng.choice(round_shapes))
+        irradiance = self.rng.choice((1, 3, 10))
+        return {"type": "sun", "direction": direction, "irradiance": irradiance, "color": light["color"]}
+
+    def add_sizes(self, lights: list[Data]) -> None:
+        for light in lights:
+            if light.get("type") == "sun":
+                light["angle"] = self.rng.choice((0, 0.53, 10, 60))
+            else:
+                light["radius"] = self.unit * self.rng.choice((0, 0.01, 0.1, 0.5, 1))
+
     # --- Numbers -----------------------------------------------------------------------------------------------
 
     def position(self, reach: int = 3) -> Vector:
@@ -209,11 +230,15 @@ class _Draw:
                 away, z = away * radius, z + math.copysign(along * radius, z)
             else:
                 away *= self.rng.choice((0, 0.5, 1, 1))
-        size = math.hypot(*shape["axis"])
-        axis = [x / size for x in shape["axis"]]
-        across = [axis[1], -axis[0], 0.0] if axis[0] or axis[1] else [1.0, 0.0, 0.0]
-        across = [a / math.hypot(*across) for a in across]
-        return [p + z * a + away * s for p, a, s in zip(shape["position"], axis, across, strict=True)]
+        return [p + z * a + away * s for p, a, s in zip(shape["position"], *axis_and_across(shape), strict=True)]
+
+    def along(self, shape: Data) -> Vector:
+        """Return the direction of the axis of a round shape, or of a line of its side."""
+        widening = 0
+        if shape["type"] == "cone":
+            widening = self.rng.choice((0, shape["top_radius"] - shape["radius"]))
+        sign = self.rng.choice((-1, 1))
+        return [sign * (shape["height"] * a + widening * s) for a, s in zip(*axis_and_across(shape), strict=True)]
 
     def size(self) -> float:
         thin = 0.25 if any(self.origin) else 1e-3
@@ -224,6 +249,14 @@ class _Draw:
 
     def color(self) -> Vector:
         return [self.rng.choice((0.25, 0.5, 0.75, 1)) for _ in range(3)]
+
+
+def axis_and_across(shape: Data) -> tuple[Vector, Vector]:
+    """Return the axis of a round shape and a direction at right angles to it, of length 1."""
+    size = math.hypot(*shape["axis"])
+    axis = [x / size for x in shape["axis"]]
+    across = [axis[1], -axis[0], 0.0] if axis[0] or axis[1] else [1.0, 0.0, 0.0]
+    return axis, [a / math.hypot(*across) for a in across]
 
 
 def reach_up(shape: Data) -> float:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from borders import relative_difference
-from worlds import box, light, plane, scene, sphere, sun
+from worlds import box, capsule, cone, cylinder, light, plane, scene, sphere, sun
 
 import rtcli
 
@@ -70,6 +70,47 @@ def test_shadow_of_a_box_in_the_sun_ends_where_its_top_is_projected(render):
     assert shadow.sum() > 50
     assert not film.radiance[shadow].any()
     assert (film.radiance[on_floor & (high - low < -1e-4), 0] > 0).all()
+
+
+AXES = [[0, 1, 0], [0, -2, 0], [1, 0, 0], [0, 0, 1], [1, 1, 0], [1, 2, 2], [-3, 1, 0.7]]
+
+
+@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize("make", [cylinder, capsule])
+@pytest.mark.parametrize("above", [1.6, 40])
+def test_sun_along_the_axis_of_a_cylinder_or_capsule_throws_a_shadow_as_wide_as_it(render, make, axis, above):
+    up = np.array(axis) / np.linalg.norm(axis)
+    floor, body = plane([0, 0, 0], axis), make((above * up).tolist(), 1.0, 1.0, axis=axis)
+    across = np.cross(up, [0.3, 0.5, -0.7])
+    eye = 4 * across / np.linalg.norm(across) + up
+    view = camera(96, 72, 70, position=eye.tolist(), look_at=[0, 0, 0], up=axis)
+    film = render(scene([floor, body], [sun((-up).tolist())], camera=view), passes=["object_id", "position"])
+    on_floor = film.object_id == 1
+    beside = np.linalg.norm(film.position, axis=-1)
+    shadow = on_floor & (beside < 1 - 1e-4)
+    assert shadow.sum() > 50
+    assert not film.radiance[shadow].any()
+    np.testing.assert_allclose(film.radiance[on_floor & (beside > 1 + 1e-4)], 3 / math.pi, rtol=1e-5)
+
+
+@pytest.mark.parametrize(("height", "width"), [(1, 2), (3, 4), (1, 0.5)])
+@pytest.mark.parametrize("top", [0, 1])
+@pytest.mark.parametrize("turn", [0, 1, 2.5])
+def test_sun_along_the_side_of_a_cone_throws_the_shadow_of_its_base(render, height, width, top, turn):
+    around = np.array([math.cos(turn), 0, math.sin(turn)])
+    body = cone([0, 2 + height / 2, 0], top + width, height, top_radius=top)
+    lamp = sun((width * around - [0, height, 0]).tolist())
+    # The shadow of the base holds that of the top, and is seen from below the cone.
+    center = 2 * width / height * around
+    eye = center + np.cross(around, [0, 2.5 * (top + width), 0]) + [0, 1.9, 0]
+    view = camera(96, 72, 70, position=eye.tolist(), look_at=center.tolist())
+    film = render(scene([FLOOR, body], [lamp], camera=view), passes=["object_id", "position"])
+    on_floor = film.object_id == 1
+    beside = np.linalg.norm(film.position - center, axis=-1) - (top + width)
+    shadow, lit = on_floor & (beside < -1e-3), on_floor & (beside > 1e-3)
+    assert shadow.sum() > 50
+    assert not film.radiance[shadow].any()
+    assert (film.radiance[lit] > 0).all()
 
 
 def test_sun_lights_the_side_that_it_comes_from(render):
