@@ -25,6 +25,7 @@ from rtcli.explain.words import name_of, triple
 from rtcli.image.display import DisplayTransform
 from rtcli.rendering.pack import pack_scene
 from rtcli.scene.model import Scene
+from rtcli.tracer._native import TILE_SIDE
 from rtcli.tracer.engines import default_threads, stops_of
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.reference import (
@@ -147,12 +148,19 @@ class _Pixel:
 
     def _native(self, reference: Array) -> NativePixel:
         """Return the pixel as the native engine renders it, compared with the reference's radiance (3,)."""
-        arrays, _ = self.native.film(self.window, ("alpha", "object_id"))
-        radiance, seen = arrays["radiance"][0, 0], int(arrays["object_id"][0, 0]) - 1
+        (x, y), (width, height) = self.pixel, self.scene.camera.resolution
+        # With its neighbors, since it decides much for all of a tile: what would be wrong there must show here.
+        left, top = x - x % TILE_SIDE, y - y % TILE_SIDE
+        tile = Window(left, top, min(TILE_SIDE, width - left), min(TILE_SIDE, height - top))
+        arrays, _ = self.native.film(tile, ("alpha", "object_id"))
+        radiance, object_id, shown = (
+            arrays[name][y - top, x - left] for name in ("radiance", "object_id", "alpha")
+        )
+        seen = int(object_id) - 1
         seen = self.chosen.index(seen) if seen in self.chosen else NOTHING
         image = self.scene.image
         exposure, _ = stops_of(self.native, image.exposure)
-        alpha = self._alpha(arrays["alpha"][0, 0])
+        alpha = self._alpha(shown)
         value = developed(radiance, DisplayTransform(exposure, image.tone), alpha)
         samples = PixelSamples(self.tracer.scenery, self.window, self.offsets)
         return NativePixel(

@@ -29,6 +29,8 @@ LIGHT_PARAMETERS: dict[str, int]
 
 # The exposure is metered at this many times as many points, a grid that spans the whole picture.
 METER_GRID: int
+# The native engine traces pixels together in squares of this side, which start at multiples of it.
+TILE_SIDE: int
 
 class BudgetExceededError(RuntimeError):
     """There was more to do than a `WorkBudget` allows."""

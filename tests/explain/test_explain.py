@@ -189,12 +189,13 @@ def test_engines_agree_on_each_pixel_but_for_rounding_and_borders(samples):
 
 
 def as_native(monkeypatch, change):
-    """Let the native engine render something else: what `change` makes of its radiance, (1, 1, 3)."""
+    """Let the native engine render something else: what `change` makes of its radiance, (H, W, 3)."""
     film = NativeTracer.film
 
     def changed(self, window, *more):
         arrays, rays = film(self, window, *more)
-        return {**arrays, "radiance": np.asarray(change(arrays["radiance"]), dtype=np.float32)}, rays
+        radiance = np.broadcast_to(np.float32(change(arrays["radiance"])), arrays["radiance"].shape)
+        return {**arrays, "radiance": radiance}, rays
 
     monkeypatch.setattr(NativeTracer, "film", changed)
 
@@ -212,6 +213,14 @@ def test_engines_that_disagree_beyond_rounding_are_said_to(monkeypatch, change, 
     as_native(monkeypatch, change)
     data = scene([box([0, 0, -5], [4, 4, 2], "red")], [light([3, 4, 0], 300)])
     assert explain(data, 15, 11).native.agreement == agreement
+
+
+def test_native_pixel_is_that_of_its_whole_tile(monkeypatch):
+    # Of a single pixel, the engine may decide otherwise than of a tile: a wrong picture would be explained away.
+    as_native(monkeypatch, lambda radiance: radiance * (2 if radiance.shape == (12, 16, 3) else 1))
+    data = scene([box([0, 0, -5], [4, 4, 2], "red")], [light([3, 4, 0], 300)], camera={"resolution": [40, 28], "fov": 40})
+    assert {explain(data, x, y).native.agreement for x, y in [(16, 16), (20, 20), (31, 27)]} == {"disagree"}
+    assert explain(data, 20, 15).native.agreement == "rounded"
 
 
 def sees_instead(monkeypatch, number):
@@ -257,7 +266,7 @@ def test_what_is_seen_just_beside_a_ray_may_be_a_border(monkeypatch, way, agreem
         return scene([wall, edge], [light([-3, 1, 0], 300)], camera={"resolution": [3, 3], "fov": 40})
 
     beside = explain(beginning(-way * pixel), 1, 1).radiance
-    as_native(monkeypatch, lambda radiance: [[beside]])
+    as_native(monkeypatch, lambda radiance: beside)
     assert explain(beginning(way * pixel), 1, 1).native.agreement == agreement
 
 

@@ -54,3 +54,4 @@ pub use output::{develop, meter, png, rle};
 pub use render::Tracer;
 pub use sampling::{emitter_places, sample_offsets};
 pub use simd::Level;
+pub use tile::SIDE as TILE_SIDE;

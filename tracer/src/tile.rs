@@ -6,7 +6,7 @@ pub(crate) mod hits;
 pub(crate) mod rays;
 
 /// Rows and columns of a tile.
-pub(crate) const SIDE: u32 = 16;
+pub const SIDE: u32 = 16;
 
 /// Rays of a tile.
 pub(crate) const LANES: usize = (SIDE * SIDE) as usize;

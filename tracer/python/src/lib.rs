@@ -70,6 +70,7 @@ mod _native {
         let lights = LightSource::KINDS.iter().map(|kind| (kind.name, kind.parameters));
         module.add("LIGHT_PARAMETERS", lights.into_py_dict(module.py())?)?;
         module.add("METER_GRID", rtcli_tracer::meter::GRID)?;
+        module.add("TILE_SIDE", rtcli_tracer::TILE_SIDE)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }
