@@ -29,6 +29,8 @@ class PackedScene(NamedTuple):
         A name of `rtcli.curves.TONE_CURVES`.
     alpha
         Whether the picture has alpha in place of the background, which then is black in `world`.
+    background
+        The background that the file gives.
     """
 
     world: World
@@ -36,6 +38,7 @@ class PackedScene(NamedTuple):
     exposure: float | str
     tone: str
     alpha: bool
+    background: Vector
 
     def object_names(self) -> list[str | None]:
         """Return the name of each object, or None."""
@@ -61,9 +64,10 @@ def pack_scene(scene: Scene) -> PackedScene:
 
 def packed(world: World, names: str, exposure: float | str, tone: str, alpha: bool) -> PackedScene:
     """Return a packed scene; one with alpha has a black background, so that colors are multiplied by alpha."""
+    background = world.settings.background
     if alpha:
         world = world._replace(settings=world.settings._replace(background=(0.0, 0.0, 0.0)))
-    return PackedScene(world, names, exposure, tone, alpha)
+    return PackedScene(world, names, exposure, tone, alpha, background)
 
 
 def _joined(names: Iterable[str | None]) -> str:
