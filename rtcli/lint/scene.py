@@ -352,7 +352,8 @@ def _pairs(scene: SceneIndex) -> Iterator[LintWarning]:
     twins = _twins(scene.world)
     equal = ((index, rules.EQUAL_OBJECTS, f"is identical to {scene.named(twin)}") for index, twin in twins.items())
     # A carrier inside another object has its own warning.
-    solids = [index for index in scene.shapes.solids if index not in twins and index not in scene.carriers]
+    others = twins.keys() | scene.carriers
+    solids = [index for index in scene.shapes.solids if index not in others]
     hidden = (
         (index, rules.HIDDEN_INSIDE, f"is entirely inside {scene.named(around)}, which hides it")
         for index, around in scene.enclosures.inside(solids)

@@ -13,7 +13,7 @@ from array import array
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import accumulate, pairwise, product
+from itertools import accumulate, compress, pairwise, product
 from typing import cast
 
 from rtcli.lint.view import BEHIND, BESIDE, LightInView, View
@@ -435,13 +435,17 @@ class SceneShapes:
     """
 
     def __init__(self, columns: Shapes) -> None:
-        counts = list(SHAPE_PARAMETERS.values())
         self._columns = columns
-        self._starts = array("q", accumulate((counts[kind] for kind in columns.kind), initial=0))
         self._made: dict[int, Shape] = {}
 
     def __len__(self) -> int:
         return len(self._columns.kind)
+
+    @cached_property
+    def _starts(self) -> array[int]:
+        """Where the parameters of each object start, and where all end."""
+        counts = list(SHAPE_PARAMETERS.values())
+        return array("q", accumulate(map(counts.__getitem__, self._columns.kind), initial=0))
 
     def __getitem__(self, index: int) -> Shape:
         made = self._made.get(index)
@@ -458,12 +462,16 @@ class SceneShapes:
     @cached_property
     def planes(self) -> list[int]:
         """The indices of the planes, which alone are no solids."""
-        return [index for index, kind in enumerate(self._columns.kind) if kind == _PLANE]
+        return self._indices(_PLANE.__eq__)
 
     @cached_property
     def solids(self) -> list[int]:
         """The indices of the solids."""
-        return [index for index, kind in enumerate(self._columns.kind) if kind != _PLANE]
+        return self._indices(_PLANE.__ne__)
+
+    def _indices(self, is_wanted: Callable[[int], bool]) -> list[int]:
+        """Return the indices of the objects of some kinds."""
+        return list(compress(range(len(self)), map(is_wanted, self._columns.kind)))
 
     def solid(self, index: int) -> Solid:
         """Return one of the solids."""
@@ -476,12 +484,11 @@ class SceneShapes:
         centers = array("d", columns.position.tobytes())
         # Right for spheres, which have their radius three times.
         halves = array("d", by_threes(columns.kind.tobytes(), columns.parameters.tobytes())[0])
-        for index, kind in enumerate(columns.kind):
-            if kind != _SPHERE:
-                solid, row = self[index].solid, slice(3 * index, 3 * index + 3)
-                halves[row] = array("d", solid.bounds if solid else _ENDLESS)
-                if solid:
-                    centers[row] = array("d", solid.center)
+        for index in self._indices(_SPHERE.__ne__):
+            solid, row = self[index].solid, slice(3 * index, 3 * index + 3)
+            halves[row] = array("d", solid.bounds if solid else _ENDLESS)
+            if solid:
+                centers[row] = array("d", solid.center)
         return Boxes(centers.tobytes(), halves.tobytes())
 
 

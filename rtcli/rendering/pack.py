@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from array import array
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
@@ -12,6 +13,9 @@ from rtcli.tracer.world import NO_CARRIER, CameraFrame, Checkers, Lights, Settin
 
 if TYPE_CHECKING:  # loads pydantic, which a scene that is plainly valid does without
     from rtcli.scene.model import Camera, Checker, Object, Scene
+
+# Objects without a name, one after the other.
+_WITHOUT_NAMES = re.compile("-+")
 
 
 class PackedScene(NamedTuple):
@@ -45,9 +49,10 @@ class PackedScene(NamedTuple):
         names: list[str | None] = []
         start = 0
         while start < len(self.names):
-            if self.names[start] == "-":
-                names.append(None)
-                start += 1
+            without = _WITHOUT_NAMES.match(self.names, start)
+            if without:
+                names += [None] * len(without[0])
+                start = without.end()
                 continue
             colon = self.names.index(":", start)
             end = colon + 1 + int(self.names[start:colon])

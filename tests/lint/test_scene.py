@@ -426,6 +426,14 @@ def test_what_is_burnt_on_the_side_that_nobody_sees_is_not_told():
     assert burnt_from_above([table], [worlds.light([0, 0.58, 0], 30)])
 
 
+def test_light_at_the_eye_that_gives_nothing_burns_nothing_though_falloff_is_infinite():
+    light = worlds.light([0, 0, 1e-200], 0)
+    render = {"eye_falloff": True, "ambient": [1, 1, 1]}
+    for objects in ([], [FLOOR]):
+        scene = worlds.scene(objects, [light], render=render)
+        assert list(lint.burnt_spots(lint.SceneIndex(pack_scene(scene)), 0.0)) == []
+
+
 def test_light_that_does_not_reach_the_surface_burns_nothing():
     # A cover between the light and the floor takes the light; it is black itself.
     cover = worlds.sphere([0, 0.02, 0], 0.01, "black")

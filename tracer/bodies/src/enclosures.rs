@@ -22,6 +22,7 @@ pub struct Enclosures {
     boxes: Boxes,
     /// The grids with the exponents of their cells' size, in the order of their first boxes.
     grids: Vec<(i32, Grid)>,
+    occupied: Occupied,
     /// The comparisons that are left.
     left: i64,
 }
@@ -30,6 +31,7 @@ impl Enclosures {
     /// Returns a search among some of many boxes.
     pub fn new(boxes: Boxes, chosen: &[usize], comparisons: u32) -> Enclosures {
         let mut grids: Vec<(i32, Grid)> = Vec::new();
+        let mut occupied = Occupied::for_cells(chosen.len());
         for &index in chosen {
             let (center, half) = boxes.get(index);
             let level = level(largest(half));
@@ -39,8 +41,9 @@ impl Enclosures {
             });
             let cell = center.map(|c| bits((c / size(level)).floor()));
             grids[place].1.entry(cell).or_default().push(index);
+            occupied.add(level, cell);
         }
-        Enclosures { boxes, grids, left: comparisons.into() }
+        Enclosures { boxes, grids, occupied, left: comparisons.into() }
     }
 
     /// Returns the number of all boxes, chosen or not.
@@ -71,7 +74,8 @@ impl Enclosures {
         let extent = largest(half);
         let least = if extent > 0.0 { level(extent) } else { LEVELS.0 };
         for (level, grid) in self.grids.iter().filter(|(level, _)| *level >= least) {
-            for index in near(center, size(*level)).filter_map(|cell| grid.get(&cell)).flatten() {
+            let cells = near(center, size(*level)).filter(|cell| self.occupied.may_have(*level, *cell));
+            for index in cells.filter_map(|cell| grid.get(&cell)).flatten() {
                 self.left -= 1;
                 if self.left < 0 {
                     return Ok(None);
@@ -146,6 +150,36 @@ fn near(center: Triple, size: f64) -> impl Iterator<Item = Cell> {
 /// Returns the bits of a number, the same for both zeros.
 fn bits(number: f64) -> u64 {
     (number + 0.0).to_bits()
+}
+
+/// Bits that tell of most empty cells that they are empty, in so little memory that it stays close to the processor.
+#[derive(Clone, Debug)]
+struct Occupied {
+    words: Vec<u64>,
+}
+
+impl Occupied {
+    /// Returns bits for some number of cells, about 16 for each.
+    fn for_cells(count: usize) -> Occupied {
+        Occupied { words: vec![0; (count / 4).next_power_of_two()] }
+    }
+
+    fn add(&mut self, level: i32, cell: Cell) {
+        let (word, bit) = self.place(level, cell);
+        self.words[word] |= bit;
+    }
+
+    fn may_have(&self, level: i32, cell: Cell) -> bool {
+        let (word, bit) = self.place(level, cell);
+        self.words[word] & bit != 0
+    }
+
+    fn place(&self, level: i32, cell: Cell) -> (usize, u64) {
+        let mut hasher = CellHasher(level.unsigned_abs().into());
+        cell.iter().for_each(|&word| hasher.write_u64(word));
+        let hash = hasher.finish();
+        ((hash >> 6) as usize & (self.words.len() - 1), 1 << (hash & 63))
+    }
 }
 
 /// A hash of cells in a few steps: nobody gains by cells that collide, since comparisons are limited anyway.
