@@ -1,5 +1,6 @@
 """All that is said of a scene file: errors, or warnings in the order of the file."""
 
+import copy
 import json
 from unittest import mock
 
@@ -136,7 +137,7 @@ def files(draw):
         worlds.random_scenes(lenses=("fov", "fov_x", "height"))
         | worlds.random_scenes(emitters=True, lenses=("fov", "height"))
     )
-    again = data["objects"][: draw(st.integers(0, 2))]
+    again = copy.deepcopy(data["objects"][: draw(st.integers(0, 2))])
     data["objects"] += [{**item, "name": f"twin {number}"} for number, item in enumerate(again)]
     data["objects"] += [worlds.sphere([0, 0, 900], 0.1), worlds.sphere([0, 0, 900], 3, name="große: Kugel")]
     data["image"] = draw(st.fixed_dictionaries({}, optional={"exposure": st.sampled_from([-30, 9, "auto"])}))
