@@ -147,7 +147,7 @@ class SceneIndex:
         self.starts = {moved(self.eye, start) for start, _ in View(self.camera, ()).corners}
         self.shapes = SceneShapes(scene.world.shapes)
         self.lights = list(_all_lights(scene.world.lights))
-        self.carriers = set(scene.world.lights.carrier)
+        self.carriers = set(scene.world.lights.carrier) - {NO_CARRIER}
         self.left_out: set[Rule] = set()
         self._scene = scene
 
@@ -305,9 +305,10 @@ def _is_room(scene: SceneIndex, index: int, room: Solid) -> bool:
             continue
         if room.signed_distance(position) <= room.rounding(position, scene.eye):
             return True
-    return any(
-        other != index and _stands_in(solid, room) for other, solid in scene.solids_near(room.center, room.bounds)
-    )
+    x, y, z = room.bounds
+    reach = _REACH * max(room.bounds)
+    near = scene.solids_near(room.center, (x + reach, y + reach, z + reach))
+    return any(other != index and _stands_in(solid, room) for other, solid in near)
 
 
 def _stands_in(solid: Solid, room: Solid) -> bool:

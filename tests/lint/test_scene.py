@@ -358,6 +358,22 @@ def test_of_two_equal_objects_the_second_is_told_whatever_its_name():
     assert found == {rules.EQUAL_OBJECTS: [("objects", 1)]}
 
 
+def test_what_stands_in_a_wall_up_to_rounding_makes_it_that_of_a_room():
+    room = worlds.box([0, 0, 0], [2, 2, 2])
+    for gap, expected in ((5e-7, set()), (5e-6, {rules.CAMERA_INSIDE})):
+        speck = worlds.sphere([0, 0, -1 - gap], 1e-9)
+        assert set(warnings_of(worlds.scene([room, speck], LIT))) - {rules.OUT_OF_VIEW} == expected
+
+
+def test_camera_far_away_is_on_a_surface_up_to_rounding():
+    for gap, expected in ((1e-6, False), (-1e-4, True)):
+        ball = worlds.box([0, 1e9, 0], [2, 2, 2])
+        camera = {**worlds.CAMERA, "position": [1 + gap, 1e9, 0]}
+        index = lint.SceneIndex(pack_scene(worlds.scene([ball], LIT, camera=camera)))
+        assert index.around_eye == {0}
+        assert (rules.CAMERA_INSIDE in {warning.rule for warning in lint.lint(index)}) == expected
+
+
 def test_box_whose_face_lies_in_that_of_another_may_be_seen():
     flush = [worlds.box([0, 0, -6], [2, 2, 2]), worlds.box([0, 0.5, -6], [1, 1, 1])]
     assert rules_of(flush) == set()

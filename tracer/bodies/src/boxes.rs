@@ -49,18 +49,17 @@ impl Boxes {
     /// Returns the indices of all boxes that meet another; more where rounding hides whether they do.
     pub fn meeting(&self, center: Triple, half: Triple) -> Vec<usize> {
         self.indices(|own, own_half| {
+            let rounding = ROUNDING * (size(own) + size(own_half) + size(center) + size(half));
             (0..3).all(|i| {
-                let reach = own_half[i] + half[i];
-                let gap = (own[i] - center[i]).abs() - reach;
+                let gap = (own[i] - center[i]).abs() - own_half[i] - half[i];
                 // Where numbers overflow, a box is near.
-                !(gap > ROUNDING * (own[i].abs() + center[i].abs() + reach) && gap.is_finite())
+                !(gap > rounding && gap.is_finite())
             })
         })
     }
 
     /// Returns the indices of all boxes with a point beyond one of some planes; more where rounding hides it.
     pub fn beyond(&self, eye: Triple, planes: &[Beyond]) -> Vec<usize> {
-        let size = |v: Triple| v[0].abs() + v[1].abs() + v[2].abs();
         self.indices(|center, half| {
             planes.iter().any(|&Beyond { normal, offset, limit }| {
                 let lowest = offset
@@ -74,6 +73,11 @@ impl Boxes {
     fn indices(&self, is_wanted: impl Fn(Triple, Triple) -> bool) -> Vec<usize> {
         (0..self.len()).filter(|&index| is_wanted(self.centers[index], self.halves[index])).collect()
     }
+}
+
+/// The sum of the coordinates, to which rounding is proportional.
+fn size(vector: Triple) -> f64 {
+    vector[0].abs() + vector[1].abs() + vector[2].abs()
 }
 
 #[cfg(test)]
@@ -90,6 +94,13 @@ mod tests {
         assert_eq!(row().meeting([15.0, 4.0, -5.0], [4.0, 2.0, 2.0]), [1, 2]);
         assert_eq!(row().meeting([15.0, 4.1, -5.0], [4.0, 2.0, 2.0]), [] as [usize; 0]);
         assert_eq!(row().meeting([15.0, 4.0, -5.0], [3.9, 2.0, 2.0]), [] as [usize; 0]);
+    }
+
+    #[test]
+    fn boxes_meet_far_away_where_coordinates_are_rounded() {
+        let far = Boxes::new(vec![[0.0, 1e9, 0.0]], vec![[1.0; 3]]);
+        assert_eq!(far.meeting([1.0 + 1e-5, 1e9, 0.0], [0.0; 3]), [0]);
+        assert_eq!(far.meeting([1.1, 1e9, 0.0], [0.0; 3]), [] as [usize; 0]);
     }
 
     #[test]

@@ -247,6 +247,15 @@ mod tests {
     }
 
     #[test]
+    fn of_several_boxes_the_one_in_the_first_cell_is_found() {
+        // The cells have a size of 16: their numbers are -1, 0, 0 and 1.
+        let mut search =
+            Enclosures::new(cubes(&[(-1.0, 5.0), (1.0, 5.0), (15.0, 5.0), (17.0, 5.0)]), &[0, 1, 2, 3], 99);
+        assert_eq!(search.around(([0.0; 3], [1.0; 3]), any), Ok(Some(1)));
+        assert_eq!(search.around(([16.0, 0.0, 0.0], [1.0; 3]), any), Ok(Some(2)));
+    }
+
+    #[test]
     fn a_search_that_takes_too_long_is_given_up() {
         let mut search = Enclosures::new(cubes(&[(0.0, 5.0), (0.1, 5.0), (0.2, 5.0)]), &[0, 1, 2], 7);
         let none = |_, _| Ok::<_, Infallible>(false);
