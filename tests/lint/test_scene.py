@@ -476,6 +476,12 @@ def test_light_behind_a_surface_burns_nothing_that_is_seen():
     assert rules_of([wall], [worlds.light([0, 0, -9.99], 100)], camera=close) == {rules.BURNT_OUT}
 
 
+@pytest.mark.parametrize("alpha", [False, True])
+def test_picture_with_alpha_is_as_bright_as_with_its_background(alpha):
+    sections = {"render": {"background": [1, 1, 1]}, "image": {"alpha": alpha}}
+    assert Probe(pack_scene(worlds.scene([], LIT, **sections))).exposure().is_white
+
+
 def test_small_lamp_in_the_dark_is_not_taken_for_a_black_picture():
     lamp = worlds.sphere([0, 0, -10], 0.02, light={"intensity": 5000})
     scene = worlds.scene([lamp], camera={"resolution": [501, 401], "fov": 60})

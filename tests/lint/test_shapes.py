@@ -45,7 +45,7 @@ def test_whatever_the_view_misses_is_beyond_one_of_its_sides(data):
 
 def test_most_objects_of_a_large_scene_concern_no_rule():
     balls = [worlds.sphere([x, y, -20], 0.2) for x in range(-5, 6) for y in range(-5, 6)]
-    world = packed({"camera": {**worlds.CAMERA, "fov": 60}, "objects": [*balls, worlds.sphere([0, 0, 5])]})
+    world = packed({"camera": {**worlds.CAMERA, "fov": 60}, "objects": [*balls, worlds.sphere([0, 0, 0.2], 0.1)]})
     shapes = SceneShapes(world.shapes)
     assert shapes.boxes.meeting((0, 0, -20), (1.1, 1.1, 1.1)) == [
         5 * (5 + x) + 6 * (5 + x) + 5 + y for x in (-1, 0, 1) for y in (-1, 0, 1)
