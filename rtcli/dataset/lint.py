@@ -11,7 +11,6 @@ from rtcli.lint.scene import LintWarning
 from rtcli.scene.diagnostics.rules import Rule
 from rtcli.scene.reading.parse import parse_bytes
 from rtcli.scene.reading.source import HEAD, Loc
-from rtcli.scene.validation.validate import order_in_file
 from rtcli.template.template import Template
 
 # The samples to look at, spread over all indices.
@@ -31,7 +30,7 @@ def lint_template(template: Template, ignore: Collection[Rule] = ()) -> CheckRes
         Warnings to ignore, in addition to those that comments in the file name.
     """
     document = parse_bytes(template.raw, template.name)
-    ignores, left_out = ignores_of(document, ignore), set[Rule]()
+    ignores, left_out = ignores_of(document.source, ignore), set[Rule]()
     found: list[dict[tuple[Rule, Loc], LintWarning]] = []
     for index in _indices(template):
         warnings = _warnings(template, index, ignores, left_out)
@@ -45,7 +44,7 @@ def lint_template(template: Template, ignore: Collection[Rule] = ()) -> CheckRes
             message = f"{warning.message}, as in each of {len(found)} samples"
             problems.append(document.problem(rule, loc, message, at=at))
     wanted = [problem for problem in problems if problem.rule not in ignores.on_line(problem.line)]
-    return CheckResult(tuple(sorted(wanted, key=lambda problem: order_in_file(problem, document))))
+    return CheckResult(tuple(sorted(wanted, key=document.order)))
 
 
 def _indices(template: Template) -> list[int]:
@@ -65,5 +64,5 @@ def _warnings(
     def in_template(loc: Loc) -> Loc:
         return (*sample.groups[int(loc[1])].loc, *loc[2:]) if loc[:1] == ("objects",) and len(loc) > 1 else loc
 
-    found = warnings_of(sample.scene, ignores, left_out)
+    found = warnings_of(sample.picture.job.scene, ignores, left_out)
     return (warning._replace(loc=in_template(warning.loc)) for warning in found)

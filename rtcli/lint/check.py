@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Collection, Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from rtcli.lint.ignores import Ignores, ignores_of
 from rtcli.lint.probe import Probe
 from rtcli.lint.scene import LintWarning, SceneIndex, burnt_spots, lint
-from rtcli.rendering.spans import use_plain_spans
+from rtcli.rendering.load import read_packed
+from rtcli.rendering.pack import PackedScene, pack_scene
+from rtcli.rendering.spans import plain_document
+from rtcli.rendering.stopwatch import Stopwatch
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, SceneError
 from rtcli.scene.diagnostics.rules import Rule
-from rtcli.scene.model import Scene
-from rtcli.scene.reading.parse import parse_bytes
 from rtcli.scene.reading.source import HEAD, Document
-from rtcli.scene.validation.validate import order_in_file, validate
-from rtcli.template.template import Template, is_template, template_of
+
+if TYPE_CHECKING:
+    from rtcli.template.template import Template
 
 
 class CheckResult(NamedTuple):
@@ -50,27 +52,35 @@ def check(raw: bytes, name: str, ignore: Collection[Rule] = ()) -> CheckResult:
     ignore
         Warnings to ignore, in addition to those that comments in the file name.
     """
-    try:
-        return check_document(parse_bytes(raw, name), raw, ignore)
-    except SceneError as error:
-        return CheckResult(error.problems)
+    scene = read_packed(raw, name, [], Stopwatch())
+    if scene is None:
+        return _check_by_models(raw, name, ignore)
+    return _warned(scene, plain_document(raw, name), ignore)
 
 
-def check_document(document: Document, raw: bytes, ignore: Collection[Rule] = ()) -> CheckResult:
-    """Return the same for a file that is read already."""
+def _check_by_models(raw: bytes, name: str, ignore: Collection[Rule]) -> CheckResult:
+    from rtcli.scene.reading.parse import parse_bytes
+    from rtcli.scene.validation.validate import validate
+    from rtcli.template.template import is_template, template_of
+
     try:
+        document = parse_bytes(raw, name)
         if is_template(document):
             return CheckResult((), template=template_of(document, raw))
-        scene = validate(document)
+        scene = pack_scene(validate(document))
     except SceneError as error:
         return CheckResult(error.problems)
-    use_plain_spans(document, raw)
-    ignores = ignores_of(document, ignore)
+    return _warned(scene, document, ignore)
+
+
+def _warned(scene: PackedScene, document: Document, ignore: Collection[Rule]) -> CheckResult:
+    """Return the warnings about a valid scene."""
+    ignores = ignores_of(document.source, ignore)
     left_out: set[Rule] = set()
     placed = itertools.chain(ignores.problems, _placed(document, warnings_of(scene, ignores, left_out)))
     wanted = (problem for problem in placed if problem.rule not in ignores.on_line(problem.line))
     found = list(itertools.islice(wanted, MAX_PROBLEMS + 1))
-    problems = sorted(found[:MAX_PROBLEMS], key=lambda problem: order_in_file(problem, document))
+    problems = sorted(found[:MAX_PROBLEMS], key=document.order)
     if len(found) > MAX_PROBLEMS:
         message = f"only the first {MAX_PROBLEMS:,} warnings are listed"
         problems.append(document.problem(rules.MORE_WARNINGS, (), message, at=HEAD))
@@ -87,7 +97,7 @@ def _placed(document: Document, warnings: Iterator[LintWarning]) -> Iterator[Pro
         yield document.problem(warning.rule, loc, warning.message, at=at)
 
 
-def warnings_of(scene: Scene, ignores: Ignores, left_out: set[Rule]) -> Iterator[LintWarning]:
+def warnings_of(scene: PackedScene, ignores: Ignores, left_out: set[Rule]) -> Iterator[LintWarning]:
     """Yield the warnings about a scene that are not ignored everywhere, and add the rules that are left out.
 
     Parameters
@@ -109,7 +119,7 @@ def warnings_of(scene: Scene, ignores: Ignores, left_out: set[Rule]) -> Iterator
 _OF_PICTURE = {rules.BLACK_PICTURE, rules.WHITE_PICTURE, rules.BURNT_OUT}
 
 
-def _picture(scene: Scene, index: SceneIndex, ignores: Ignores) -> Iterator[LintWarning]:
+def _picture(scene: PackedScene, index: SceneIndex, ignores: Ignores) -> Iterator[LintWarning]:
     """Yield the warnings that a small picture gives rise to, unless all of them are ignored."""
     if ignores.everywhere >= _OF_PICTURE:
         return

@@ -1,17 +1,16 @@
 """Search for the solids of a scene that enclose another.
 
-A grid for each power of two holds the solids of that size by their centers. Whatever encloses a point has its
-center in one of eight cells of each grid, so a search among many solids takes about constant time.
+Compiled code finds the boxes that hold the box around a solid; whether one solid holds the other is asked here.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping
-from itertools import product
+from array import array
+from collections.abc import Iterator, Sequence
 
-from rtcli.lint.shapes import Solid
+from rtcli.lint.shapes import SceneShapes, Solid
 from rtcli.scene.vectors import Vector
+from rtcli.tracer import _native
 
 # Comparisons before `Enclosures` gives up: per solid on average, and bounds on their sum. Ordinary scenes take a
 # few per solid.
@@ -24,57 +23,41 @@ class Enclosures:
 
     Parameters
     ----------
+    shapes
+        The shapes of a scene.
     solids
-        The solids by their indices in the scene.
+        The indices of those that may enclose others.
     eye
         The camera's position.
     """
 
-    def __init__(self, solids: Mapping[int, Solid], eye: Vector = (0.0, 0.0, 0.0)) -> None:
+    def __init__(self, shapes: SceneShapes, solids: list[int], eye: Vector = (0.0, 0.0, 0.0)) -> None:
+        self._shapes = shapes
         self._eye = eye
-        self._levels: dict[int, dict[tuple[float, ...], list[tuple[int, Solid]]]] = {}
-        for index, solid in solids.items():
-            level = _level(max(solid.bounds))
-            size = math.ldexp(1.0, level)
-            x, y, z = solid.center
-            cells = self._levels.setdefault(level, {})
-            cells.setdefault((x // size, y // size, z // size), []).append((index, solid))
-        self._left = min(max(_FEWEST, len(solids) * _MAX_COMPARISONS), _MOST)
+        comparisons = min(max(_FEWEST, len(solids) * _MAX_COMPARISONS), _MOST)
+        self._search = _native.Enclosures(shapes.boxes, solids, comparisons)
 
     @property
     def gave_up(self) -> bool:
         """Whether a search ended early, because it would have taken too many comparisons."""
-        return self._left < 0
+        return self._search.gave_up
 
     def around(self, inner: Solid) -> int | None:
         """Return the index of a solid that encloses another, or None."""
-        for index, outer in self._near(inner):
-            self._left -= 1
-            if self._left < 0:
-                return None
-            if outer is not inner and _bounds_hold(outer, inner) and outer.contains(inner, self._eye):
-                return index
-        return None
+        return self._search.around(inner.center, inner.bounds, lambda outer: self._contains(outer, inner))
 
-    def _near(self, inner: Solid) -> Iterator[tuple[int, Solid]]:
-        """Yield the solids that are large and near enough: their centers are at most half a cell away."""
-        extent = max(inner.bounds)
-        least = _level(extent) if extent > 0 else -math.inf
-        for level, cells in self._levels.items():
-            if level >= least:
-                size = math.ldexp(1.0, level)
-                sides = [{(c - size / 2) // size, (c + size / 2) // size} for c in inner.center]
-                for cell in product(*sides):
-                    yield from cells.get(cell, ())
+    def inside(self, solids: Sequence[int]) -> Iterator[tuple[int, int]]:
+        """Yield the indices of those of some solids that others enclose, each with that of one around it."""
+        inner = array("Q", solids).tobytes()
+        start = 0
+        while found := self._search.first_inside(inner, start, self._index_contains):
+            place, outer = found
+            yield solids[place], outer
+            start = place + 1
 
+    def _index_contains(self, inner: int, outer: int) -> bool:
+        return self._contains(outer, self._shapes.solid(inner))
 
-def _bounds_hold(outer: Solid, inner: Solid) -> bool:
-    """Return whether the bounding box of a solid contains that of another, without square roots."""
-    (ox, oy, oz), (ix, iy, iz) = outer.bounds, inner.bounds
-    (cx, cy, cz), (px, py, pz) = outer.center, inner.center
-    return abs(px - cx) + ix <= ox and abs(py - cy) + iy <= oy and abs(pz - cz) + iz <= oz
-
-
-def _level(extent: float) -> int:
-    """Return the exponent of a power of two that is at least twice an extent: the size of a cell."""
-    return min(max(math.frexp(extent)[1] + 1, -1000), 1000)
+    def _contains(self, outer: int, inner: Solid) -> bool:
+        solid = self._shapes.solid(outer)
+        return solid is not inner and solid.contains(inner, self._eye)

@@ -10,14 +10,11 @@ import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 
-import yaml
-
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import MAX_PROBLEMS, Problem, nearest, quoted
 from rtcli.scene.diagnostics.rules import WARNING, Rule
 from rtcli.scene.files import JSON_SUFFIX
-from rtcli.scene.reading.source import Document, Source, SourceSpan
-from rtcli.scene.reading.yaml_reader import YamlParser
+from rtcli.scene.reading.source import Source, SourceSpan
 
 # A file without this text has no such comment, and is not scanned.
 _MARK = "rtcli:"
@@ -75,10 +72,9 @@ class Ignores:
         return self.everywhere | self.lines.get(line, set())
 
 
-def ignores_of(document: Document, everywhere: Collection[Rule] = ()) -> Ignores:
+def ignores_of(source: Source, everywhere: Collection[Rule] = ()) -> Ignores:
     """Return the rules that the comments of a valid scene ignore, and those ignored everywhere."""
     ignores = Ignores(set(everywhere))
-    source = document.source
     if _MARK not in source.text or source.name.lower().endswith(JSON_SUFFIX):
         return ignores
     below = -1  # the end of the block of comment lines around the previous comment
@@ -98,6 +94,10 @@ def ignores_of(document: Document, everywhere: Collection[Rule] = ()) -> Ignores
 
 def _comments(text: str) -> Iterator[tuple[re.Match[str], bool]]:
     """Yield the comments to rtcli, those that are not part of a text, and whether each precedes all values."""
+    import yaml
+
+    from rtcli.scene.reading.yaml_reader import YamlParser
+
     waiting = _COMMENT.finditer(text)
     comment = next(waiting, None)
     begun = False

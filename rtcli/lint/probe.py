@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 from rtcli.image.display import DisplayTransform
 from rtcli.lint.scene import BURNT, BurntSpot
-from rtcli.rendering.pack import pack
-from rtcli.scene.model import Scene
+from rtcli.rendering.pack import PackedScene
 from rtcli.scene.vectors import Vector, direction, dot
 from rtcli.tracer._native import BudgetExceededError, WorkBudget
 from rtcli.tracer.native import NativeTracer
@@ -51,9 +50,10 @@ class Probe:
         The most steps of work that all probes together may take.
     """
 
-    def __init__(self, scene: Scene, steps: int = _STEPS) -> None:
-        self._world = pack(scene)
-        self._image = scene.image
+    def __init__(self, scene: PackedScene, steps: int = _STEPS) -> None:
+        settings = scene.world.settings._replace(background=scene.background)
+        self._world = scene.world._replace(settings=settings)
+        self._scene = scene
         self._budget = WorkBudget(steps)
         self._objects_left = _MAX_OBJECTS
 
@@ -77,9 +77,10 @@ class Probe:
             settings=self._world.settings._replace(samples=1),
         )
         tracer = NativeTracer(small, threads=1)
-        image = self._image
-        stops = tracer.exposure(_GRID, self._budget).stops if image.exposure == "auto" else image.exposure
-        levels = tracer.levels(Window(0, 0, width, height), DisplayTransform(stops, image.tone), self._budget)
+        exposure = self._scene.exposure
+        stops = tracer.exposure(_GRID, self._budget).stops if isinstance(exposure, str) else exposure
+        transform = DisplayTransform(stops, self._scene.tone)
+        levels = tracer.levels(Window(0, 0, width, height), transform, self._budget)
         return ExposureProbe(stops, is_black=not any(levels), is_white=levels.count(255) == len(levels))
 
     def sees_burnt(self, spot: BurntSpot, exposure: float) -> bool | None:

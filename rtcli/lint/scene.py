@@ -7,22 +7,25 @@ names it.
 
 from __future__ import annotations
 
+import heapq
 import math
+import operator
 from collections.abc import Iterator
 from functools import cached_property
 from itertools import chain
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 from rtcli.lint.enclosures import Enclosures
-from rtcli.lint.shapes import Ball, InfinitePlane, Solid, shape_of
+from rtcli.lint.shapes import Ball, InfinitePlane, SceneShapes, Solid, triple
 from rtcli.lint.view import BEHIND, BESIDE, View
-from rtcli.rendering.pack import camera_frame
+from rtcli.rendering.pack import PackedScene
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.diagnostics.problems import quoted
 from rtcli.scene.diagnostics.rules import Rule
-from rtcli.scene.model import CarriedLight, Scene, SunLight
 from rtcli.scene.reading.source import HEAD, VALUE, Loc
 from rtcli.scene.vectors import Vector, direction, dot, moved, scaled, unit
+from rtcli.tracer._native import LIGHT_PARAMETERS
+from rtcli.tracer.world import NO_CARRIER, Lights, World, threes
 
 # A surface counts as burnt out if it is this many times as bright as white.
 BURNT = 50.0
@@ -71,28 +74,36 @@ class _Light(NamedTuple):
     ----------
     loc
         Its location in the file.
-    light
-        The model.
+    strength
+        Intensity, or a sun's irradiance, times the strongest component of the color.
     position
         Its position, None of a sun.
+    radius
+        The radius; 0 of a sun.
+    sun
+        The direction in which a sun's light travels, of any length, and its angular diameter in degrees.
     body
-        The index of the object that carries it, if any.
+        The index of the object that carries it, or `NO_CARRIER`.
     """
 
     loc: Loc
-    light: CarriedLight | SunLight
+    strength: float
     position: Vector | None
-    body: int | None = None
+    radius: float
+    sun: tuple[Vector, float] | None
+    body: int
 
-    @property
-    def radius(self) -> float:
-        """The radius; 0 of a sun."""
-        return 0.0 if isinstance(self.light, SunLight) else self.light.radius
 
-    @property
-    def strength(self) -> float:
-        """Intensity, or a sun's irradiance, times the strongest component of the color."""
-        return self.light.strength * max(self.light.color)
+def _all_lights(lights: Lights) -> Iterator[_Light]:
+    kinds = list(LIGHT_PARAMETERS)
+    strengths = map(operator.mul, lights.intensity, map(max, threes(lights.color)))
+    rows = zip(lights.kind, lights.parameter_rows(), strengths, lights.carrier, strict=True)
+    for index, (kind, (x, y, z, size), strength, body) in enumerate(rows):
+        loc: Loc = ("lights", index) if body == NO_CARRIER else ("objects", body, "light")
+        if kinds[kind] == "sun":
+            yield _Light(loc, strength, None, 0.0, ((x, y, z), size), body)
+        else:
+            yield _Light(loc, strength, (x, y, z), size, None, body)
 
 
 def lint(scene: SceneIndex) -> Iterator[LintWarning]:
@@ -120,33 +131,25 @@ class SceneIndex:
     ----------
     shapes
         The shape of each object.
-    solids
-        Those shapes that have an inside, by the indices of their objects.
     lights
         All lights: those of the scene, then those of objects.
+    carriers
+        The indices of the objects that carry a light.
     left_out
         The rules that were not applied to all of the scene, because it is too much work.
     """
 
-    def __init__(self, scene: Scene) -> None:
-        self.camera = scene.camera
-        self.render = scene.render
-        self.objects = scene.objects
-        self.eye = scene.camera.eye
-        self.is_orthographic = scene.camera.projection == "orthographic"
-        self.starts = {moved(self.eye, start) for start, _ in View(scene.camera, ()).corners}
-        self.shapes = [shape_of(item) for item in scene.objects]
-        self.solids = {i: solid for i, shape in enumerate(self.shapes) if (solid := shape.solid)}
-        self.lights = [
-            _Light(("lights", i), light, None if isinstance(light, SunLight) else light.position)
-            for i, light in enumerate(scene.lights)
-        ]
-        self.lights += [
-            _Light(("objects", i, "light"), item.light, item.position, i)
-            for i, item in enumerate(scene.objects)
-            if item.light is not None
-        ]
+    def __init__(self, scene: PackedScene) -> None:
+        self.world = scene.world
+        self.camera = scene.world.camera
+        self.render = scene.world.settings
+        self.eye = self.camera.position
+        self.starts = {moved(self.eye, start) for start, _ in View(self.camera, ()).corners}
+        self.shapes = SceneShapes(scene.world.shapes)
+        self.lights = list(_all_lights(scene.world.lights))
+        self.carriers = set(scene.world.lights.carrier) - {NO_CARRIER}
         self.left_out: set[Rule] = set()
+        self._scene = scene
 
     @cached_property
     def shining(self) -> list[_Light]:
@@ -157,9 +160,9 @@ class SceneIndex:
     def suns(self) -> list[tuple[_Light, Vector, float]]:
         """The suns that shine, each with the unit vector toward it and the sine of half its angular diameter."""
         return [
-            (light, scaled(unit(sun.direction), -1.0), math.sin(math.radians(sun.angle) / 2))
+            (light, scaled(unit(light.sun[0]), -1.0), math.sin(math.radians(light.sun[1]) / 2))
             for light in self.shining
-            if isinstance(sun := light.light, SunLight)
+            if light.sun is not None
         ]
 
     @property
@@ -168,42 +171,57 @@ class SceneIndex:
         return self.render.max_depth > 0 and any(self.render.ambient)
 
     @cached_property
-    def carriers(self) -> set[int | None]:
-        """The indices of the objects that carry a light."""
-        return {light.body for light in self.lights}
-
-    @cached_property
     def around_eye(self) -> set[int]:
         """The indices of the solids that hold the camera, inside or on their surface.
 
         Of an orthographic camera, they hold all of the plane on which its rays start.
         """
+        first, *others = self.starts
         return {
             i
-            for i, solid in self.solids.items()
-            if all(solid.signed_distance(eye) <= solid.rounding(eye, eye) for eye in self.starts)
+            for i, solid in self.solids_near(first)
+            if all(solid.signed_distance(eye) <= solid.rounding(eye, eye) for eye in (first, *others))
         }
 
     @cached_property
     def enclosures(self) -> Enclosures:
         """The solids, to be found by what they enclose, without those whose inside the camera sees."""
-        seen = self.cut if self.is_orthographic else self.around_eye
-        return Enclosures({i: solid for i, solid in self.solids.items() if i not in seen}, self.eye)
+        seen = self.cut if self.camera.is_orthographic else self.around_eye
+        return Enclosures(self.shapes, [i for i in self.shapes.solids if i not in seen], self.eye)
 
     @property
     def cut(self) -> set[int]:
         """The indices of the solids that touch the plane on which the rays of an orthographic camera start."""
-        forward = unit(self.camera.view)
+        forward = self.camera.forward
+        behind, ahead = (
+            set(self.shapes.boxes.beyond(self.eye, [(way, 0.0, 0.0)])) for way in (forward, scaled(forward, -1.0))
+        )
         return {
             i
-            for i, solid in self.solids.items()
-            if abs(dot(forward, direction(self.eye, solid.center)))
+            for i in behind & ahead
+            if (solid := self.shapes[i].solid)
+            and abs(dot(forward, direction(self.eye, solid.center)))
             <= solid.reach(forward) + solid.rounding(self.eye, self.eye)
         }
 
+    def near(self, point: Vector, distance: float) -> list[int]:
+        """Return the indices of all objects that may be within a distance of a point, in order."""
+        return self.shapes.boxes.meeting(point, (distance, distance, distance))
+
+    def solids_near(self, point: Vector, distances: Vector = (0.0, 0.0, 0.0)) -> Iterator[tuple[int, Solid]]:
+        """Yield all solids that may be within some distances of a point along the axes, with their indices."""
+        for i in self.shapes.boxes.meeting(point, distances):
+            solid = self.shapes[i].solid
+            if solid:
+                yield i, solid
+
+    @cached_property
+    def _names(self) -> list[str | None]:
+        return self._scene.object_names()
+
     def named(self, index: int) -> str:
         """Return how messages name an object: by its index, and by its name if it has one."""
-        name = self.objects[index].name
+        name = self._names[index]
         return f"objects[{index}]" + (f" ({quoted(name)})" if name else "")
 
 
@@ -219,7 +237,7 @@ def _lights(scene: SceneIndex) -> Iterator[LintWarning]:
         if light.position is None:
             continue
         # A carrier that reaches out of the solid is seen shining there.
-        carrier = None if light.body is None else scene.solids.get(light.body)
+        carrier = None if light.body == NO_CARRIER else scene.shapes[light.body].solid
         ball = Ball.of(light.position, light.radius)
         inner = ball if carrier is None or light.radius > max(carrier.bounds) else carrier
         around = scene.enclosures.around(inner)
@@ -234,7 +252,7 @@ def _lights(scene: SceneIndex) -> Iterator[LintWarning]:
 
 def _suns(scene: SceneIndex) -> Iterator[LintWarning]:
     """Yield a warning for each sun whose light comes from behind a plane that the eye is before."""
-    planes = [(i, shape) for i, shape in enumerate(scene.shapes) if isinstance(shape, InfinitePlane)]
+    planes = [(i, cast("InfinitePlane", scene.shapes[i])) for i in scene.shapes.planes]
     most = max(1, _MAX_DISTANCES // max(1, len(planes)))
     for light, toward, size in scene.suns[:most]:
         for index, plane in planes:
@@ -253,8 +271,8 @@ def _emitters(scene: SceneIndex) -> Iterator[LintWarning]:
     most = max(1, _MAX_DISTANCES // max(1, len(scene.shapes)))
     for light in emitters[:most]:
         assert light.position is not None
-        for index, shape in enumerate(scene.shapes):
-            distance = abs(shape.signed_distance(light.position))
+        for index in scene.near(light.position, light.radius):
+            distance = abs(scene.shapes[index].signed_distance(light.position))
             if index != light.body and distance < light.radius * (1 - _REACH):
                 message = (
                     f"the light's radius of {light.radius:.3g} is larger than its distance of {distance:.3g} from "
@@ -267,10 +285,10 @@ def _emitters(scene: SceneIndex) -> Iterator[LintWarning]:
 
 
 def _camera(scene: SceneIndex) -> Iterator[LintWarning]:
-    most = max(1, _MAX_DISTANCES // (1 + len(scene.shining) + len(scene.objects)))
+    most = max(1, _MAX_DISTANCES // (1 + len(scene.shining) + len(scene.shapes)))
     around = sorted(scene.around_eye)
     for index in around[:most]:
-        solid = scene.solids[index]
+        solid = scene.shapes.solid(index)
         on_surface = any(solid.signed_distance(eye) >= -solid.rounding(eye, eye) for eye in scene.starts)
         if not on_surface and not _is_room(scene, index, solid):
             message = f"the camera is inside {scene.named(index)}"
@@ -287,7 +305,10 @@ def _is_room(scene: SceneIndex, index: int, room: Solid) -> bool:
             continue
         if room.signed_distance(position) <= room.rounding(position, scene.eye):
             return True
-    return any(other != index and _stands_in(solid, room) for other, solid in scene.solids.items())
+    x, y, z = room.bounds
+    reach = _REACH * max(room.bounds)
+    near = scene.solids_near(room.center, (x + reach, y + reach, z + reach))
+    return any(other != index and _stands_in(solid, room) for other, solid in near)
 
 
 def _stands_in(solid: Solid, room: Solid) -> bool:
@@ -309,17 +330,18 @@ def _views(scene: SceneIndex) -> Iterator[LintWarning]:
         BEHIND: (rules.BEHIND_CAMERA, "is entirely behind the camera"),
         BESIDE: (rules.OUT_OF_VIEW, "is entirely outside the view"),
     }
-    for index, (item, shape) in enumerate(zip(scene.objects, scene.shapes, strict=True)):
+    for index in scene.shapes.boxes.beyond(scene.eye, view.beyond):
         if index in scene.carriers:
             continue
-        if index not in scene.solids:  # it is compared with each light
+        shape = scene.shapes[index]
+        if shape.solid is None:  # it is compared with each light
             left -= 1
             if left < 0:
                 continue
         region = shape.misses(view)
         if region is not None:
             rule, words = found[region]
-            yield LintWarning(rule, ("objects", index), f"the {item.type} {words}", HEAD)
+            yield LintWarning(rule, ("objects", index), f"the {scene.shapes.type_of(index)} {words}", HEAD)
     if left < 0:
         scene.left_out |= {rule for rule, _ in found.values()}
 
@@ -328,35 +350,42 @@ def _views(scene: SceneIndex) -> Iterator[LintWarning]:
 
 
 def _pairs(scene: SceneIndex) -> Iterator[LintWarning]:
-    first: dict[tuple[object, ...], int] = {}
-    for index, item in enumerate(scene.objects):
-        all_but_name = tuple(value for key, value in item.__dict__.items() if key != "name")
-        twin, solid = first.setdefault(all_but_name, index), scene.solids.get(index)
-        if twin != index:
-            message = f"the {item.type} is identical to {scene.named(twin)}"
-            yield LintWarning(rules.EQUAL_OBJECTS, ("objects", index), message, HEAD)
-        # A carrier inside another object has its own warning.
-        elif solid is not None and index not in scene.carriers:
-            around = scene.enclosures.around(solid)
-            if around is not None and around not in scene.carriers:  # in the light of a lamp it casts a shadow
-                message = f"the {item.type} is entirely inside {scene.named(around)}, which hides it"
-                yield LintWarning(rules.HIDDEN_INSIDE, ("objects", index), message, HEAD)
+    twins = _twins(scene.world)
+    equal = ((index, rules.EQUAL_OBJECTS, f"is identical to {scene.named(twin)}") for index, twin in twins.items())
+    # A carrier inside another object has its own warning.
+    others = twins.keys() | scene.carriers
+    solids = [index for index in scene.shapes.solids if index not in others]
+    hidden = (
+        (index, rules.HIDDEN_INSIDE, f"is entirely inside {scene.named(around)}, which hides it")
+        for index, around in scene.enclosures.inside(solids)
+        if around not in scene.carriers  # in the light of a lamp it casts a shadow
+    )
+    for index, rule, words in heapq.merge(equal, hidden, key=lambda found: found[0]):
+        yield LintWarning(rule, ("objects", index), f"the {scene.shapes.type_of(index)} {words}", HEAD)
     if scene.enclosures.gave_up:
         scene.left_out.add(rules.HIDDEN_INSIDE)
 
 
+def _twins(world: World) -> dict[int, int]:
+    """Return the first equal object, whatever its name, of each that is not the first, in order."""
+    places = list(threes(world.shapes.position))
+    if len(set(places)) == len(places):
+        return {}
+    first: dict[tuple[Any, ...], int] = {}
+    twins = ((index, first.setdefault(record, index)) for index, record in enumerate(world.records()))
+    return {index: twin for index, twin in twins if twin != index}
+
+
 def _checkers(scene: SceneIndex) -> Iterator[LintWarning]:
-    frame = camera_frame(scene.camera)
+    frame = scene.camera
     pixel = 2 * frame.half_height * max(1.0, frame.pixel_aspect) / frame.height
     # At a distance r, a length s spans at most s / r (1 + x^2 + y^2) on the image plane, or s of parallel rays.
-    stretch = max(dot(way, way) for _, way in View(scene.camera, ()).corners)
-    for index, item in enumerate(scene.objects):
-        checker = getattr(item, "checker", None)
-        if checker is None:
-            continue
+    stretch = max(dot(way, way) for _, way in View(frame, ()).corners)
+    checkers = scene.world.checkers
+    for index, size in zip(checkers.object, checkers.size, strict=True):
         nearest = scene.shapes[index].nearest_point(scene.eye)
         distance = 1.0 if frame.is_orthographic else math.dist(scene.eye, nearest)
-        if checker.size * stretch < pixel * distance:
+        if size * stretch < pixel * distance:
             message = "every square of the checker is smaller than a pixel"
             yield LintWarning(rules.FINE_CHECKER, ("objects", index, "checker", "size"), message)
 
@@ -387,18 +416,22 @@ def _burnt_by(scene: SceneIndex, number: int, placed: tuple[_Light, Vector], exp
     radiance = albedo / pi * I / (4 pi h^2), h the distance to the surface (document, section 3.3).
     """
     light, position = placed
+    stops, falloff = 2.0 ** min(exposure, 1000), _falloff(scene, position)
     brightest, burning, distance = 0.0, -1, 0.0
-    for index, (item, shape) in enumerate(zip(scene.objects, scene.shapes, strict=True)):
+    # No albedo is above 1, so what is farther away is not burnt out.
+    farthest = math.sqrt(light.strength / (4 * math.pi**2) * stops * falloff / BURNT) * (1 + _REACH)
+    for index in scene.near(position, farthest):
         if index in scene.carriers:  # it shines, and is not lit
             continue
-        h = shape.lit_distance(position, scene.eye)
+        h = scene.shapes[index].lit_distance(position, scene.eye)
         if h > 0:  # a ball is no brighter, however close
             h = max(h, light.radius)
-        radiance = max(item.color) * light.strength / (4 * math.pi**2) / h / h if h > 0 else 0.0
+        albedo = max(triple(scene.world.shapes.color, index))
+        radiance = albedo * light.strength / (4 * math.pi**2) / h / h if h > 0 else 0.0
         if radiance > brightest:
             brightest, burning, distance = radiance, index, h
-    exposed = brightest * 2.0 ** min(exposure, 1000) * _falloff(scene, position)
-    if exposed <= BURNT:
+    exposed = brightest * stops * falloff
+    if not exposed > BURNT:  # it is no number if infinitely much of no light arrives
         return None
     message = (
         f"the light is {distance:.3g} from {scene.named(burning)}, burnt out there: more than {BURNT:.0f} "
@@ -412,6 +445,6 @@ def _falloff(scene: SceneIndex, position: Vector) -> float:
     if not scene.render.eye_falloff:
         return 1.0
     distance = math.dist(scene.eye, position)
-    if scene.is_orthographic:
-        distance = abs(dot(unit(scene.camera.view), direction(scene.eye, position)))
+    if scene.camera.is_orthographic:
+        distance = abs(dot(scene.camera.forward, direction(scene.eye, position)))
     return 1 / (4 * math.pi) / distance / distance if distance > 0 else 0.0

@@ -1,20 +1,25 @@
 """The shapes of a scene as the warnings see them: one class per shape, and the table of them all.
 
-Every shape is a `Shape`. A bounded one is a `Solid` as well, and all solids are convex.
+Every shape is a `Shape`. A bounded one is a `Solid` as well, and all solids are convex. Compiled code has the
+boxes around all objects of a scene, which tell the few that a warning may concern; `SceneShapes` makes the shapes
+of those only.
 """
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from array import array
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import pairwise, product
-from typing import Any
+from functools import cached_property
+from itertools import accumulate, compress, pairwise, product
+from typing import cast
 
 from rtcli.lint.view import BEHIND, BESIDE, LightInView, View
-from rtcli.scene.model import Box, Capsule, Cone, Cylinder, Object
 from rtcli.scene.vectors import Vector, cross, direction, dot, moved, scaled, unit
+from rtcli.tracer._native import SHAPE_PARAMETERS, Boxes, by_threes
+from rtcli.tracer.world import Column, Shapes
 
 # A point closer to a surface than this share of the coordinates and sizes, a few ulps, counts
 # as on it. It is twice the tracer's share, because the tracer takes it of a smaller sum.
@@ -140,12 +145,12 @@ class Cuboid(Solid):
     axes: tuple[Vector, Vector, Vector]
 
     @classmethod
-    def of(cls, box: Box) -> Cuboid:
-        """Return the cuboid of a box in a scene."""
-        width, height, depth = (side / 2 for side in box.size)
-        x, y, z = axes = _turned_axes(box.angles)
+    def of(cls, position: Vector, size: Vector, angles: Vector) -> Cuboid:
+        """Return the cuboid around a position with a size, turned about x, then y, then z by degrees."""
+        width, height, depth = (side / 2 for side in size)
+        x, y, z = axes = _turned_axes(angles)
         bounds = [width * abs(x[i]) + height * abs(y[i]) + depth * abs(z[i]) for i in range(3)]
-        return cls(box.position, (bounds[0], bounds[1], bounds[2]), (width, height, depth), axes)
+        return cls(position, (bounds[0], bounds[1], bounds[2]), (width, height, depth), axes)
 
     def signed_distance(self, point: Vector) -> float:
         """Return the distance from a point to the surface, negative inside."""
@@ -316,11 +321,11 @@ class Rounded(Solid):
     radius: float
 
     @classmethod
-    def of(cls, capsule: Capsule) -> Rounded:
-        """Return the solid of a capsule in a scene."""
-        to_end = scaled(unit(capsule.axis), capsule.height / 2)
-        bounds = [abs(x) + capsule.radius for x in to_end]
-        return cls(capsule.position, (bounds[0], bounds[1], bounds[2]), to_end, capsule.radius)
+    def of(cls, position: Vector, axis: Vector, height: float, radius: float) -> Rounded:
+        """Return the capsule around a position, with an axis of any length."""
+        to_end = scaled(unit(axis), height / 2)
+        bounds = [abs(x) + radius for x in to_end]
+        return cls(position, (bounds[0], bounds[1], bounds[2]), to_end, radius)
 
     def signed_distance(self, point: Vector) -> float:
         """Return the distance from a point to the surface, negative inside."""
@@ -401,24 +406,93 @@ class InfinitePlane(Shape):
         return beyond < -_ON_PLANE * (light.weight * abs(offset) + max(map(abs, light.vector)))
 
 
-def _of_cylinder(cylinder: Cylinder) -> Frustum:
-    return Frustum.of(cylinder.position, cylinder.axis, cylinder.height, (cylinder.radius, cylinder.radius))
-
-
-def _of_cone(cone: Cone) -> Frustum:
-    return Frustum.of(cone.position, cone.axis, cone.height, (cone.radius, cone.top_radius))
-
-
-_SHAPES: dict[str, Callable[[Any], Shape]] = {
-    "sphere": lambda sphere: Ball.of(sphere.position, sphere.radius),
-    "plane": lambda plane: InfinitePlane(plane.position, unit(plane.normal)),
-    "box": Cuboid.of,
-    "cylinder": _of_cylinder,
-    "capsule": Rounded.of,
-    "cone": _of_cone,
+# The shape of each kind from its position and its parameters, as `rtcli.tracer.world.Shapes` gives them.
+_SHAPES: dict[str, Callable[..., Shape]] = {
+    "sphere": Ball.of,
+    "plane": lambda position, *normal: InfinitePlane(position, unit(normal)),
+    "box": lambda position, x, y, z, about_y, about_x, about_z: Cuboid.of(
+        position, (x, y, z), (about_x, about_y, about_z)
+    ),
+    "cylinder": lambda position, radius, height, *axis: Frustum.of(position, axis, height, (radius, radius)),
+    "capsule": lambda position, radius, height, *axis: Rounded.of(position, axis, height, radius),
+    "cone": lambda position, base, top, height, *axis: Frustum.of(position, axis, height, (base, top)),
 }
 
+_TYPES = list(SHAPE_PARAMETERS)
+_SPHERE, _PLANE = _TYPES.index("sphere"), _TYPES.index("plane")
 
-def shape_of(item: Object) -> Shape:
-    """Return the shape of an object of a scene."""
-    return _SHAPES[item.type](item)
+# The size of a box without an end.
+_ENDLESS = (math.inf, math.inf, math.inf)
+
+
+class SceneShapes:
+    """The shapes of the objects of a scene, each made when it is first asked for.
+
+    Parameters
+    ----------
+    columns
+        The objects.
+    """
+
+    def __init__(self, columns: Shapes) -> None:
+        self._columns = columns
+        self._made: dict[int, Shape] = {}
+
+    def __len__(self) -> int:
+        return len(self._columns.kind)
+
+    @cached_property
+    def _starts(self) -> array[int]:
+        """Where the parameters of each object start, and where all end."""
+        counts = list(SHAPE_PARAMETERS.values())
+        return array("q", accumulate(map(counts.__getitem__, self._columns.kind), initial=0))
+
+    def __getitem__(self, index: int) -> Shape:
+        made = self._made.get(index)
+        if made is None:
+            parameters = self._columns.parameters[self._starts[index] : self._starts[index + 1]]
+            position = triple(self._columns.position, index)
+            made = self._made[index] = _SHAPES[self.type_of(index)](position, *parameters)
+        return made
+
+    def type_of(self, index: int) -> str:
+        """Return the type of an object."""
+        return _TYPES[self._columns.kind[index]]
+
+    @cached_property
+    def planes(self) -> list[int]:
+        """The indices of the planes, which alone are no solids."""
+        return self._indices(_PLANE.__eq__)
+
+    @cached_property
+    def solids(self) -> list[int]:
+        """The indices of the solids."""
+        return self._indices(_PLANE.__ne__)
+
+    def _indices(self, is_wanted: Callable[[int], bool]) -> list[int]:
+        """Return the indices of the objects of some kinds."""
+        return list(compress(range(len(self)), map(is_wanted, self._columns.kind)))
+
+    def solid(self, index: int) -> Solid:
+        """Return one of the solids."""
+        return cast("Solid", self[index])
+
+    @cached_property
+    def boxes(self) -> Boxes:
+        """The box around each object."""
+        columns = self._columns
+        centers = array("d", columns.position.tobytes())
+        # Right for spheres, which have their radius three times.
+        halves = array("d", by_threes(columns.kind.tobytes(), columns.parameters.tobytes())[0])
+        for index in self._indices(_SPHERE.__ne__):
+            solid, row = self[index].solid, slice(3 * index, 3 * index + 3)
+            halves[row] = array("d", solid.bounds if solid else _ENDLESS)
+            if solid:
+                centers[row] = array("d", solid.center)
+        return Boxes(centers.tobytes(), halves.tobytes())
+
+
+def triple(column: Column[float], index: int) -> Vector:
+    """Return one of the vectors of a column."""
+    x, y, z = column[3 * index : 3 * index + 3]
+    return x, y, z

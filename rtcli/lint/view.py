@@ -6,9 +6,8 @@ import math
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
-from rtcli.rendering.pack import camera_frame
-from rtcli.scene.model import Camera
 from rtcli.scene.vectors import Vector, direction, dot, moved, scaled, unit
+from rtcli.tracer.world import CameraFrame
 
 # The regions out of the camera's sight: wholly behind it, or wholly outside the picture.
 BEHIND, BESIDE = "behind", "beside"
@@ -58,7 +57,7 @@ class View:
 
     Parameters
     ----------
-    camera
+    frame
         The camera.
     lights
         The positions of all lights that shine and are somewhere, and their radii.
@@ -76,9 +75,8 @@ class View:
     """
 
     def __init__(
-        self, camera: Camera, lights: Iterable[tuple[Vector, float]], suns: Iterable[tuple[Vector, float]] = ()
+        self, frame: CameraFrame, lights: Iterable[tuple[Vector, float]], suns: Iterable[tuple[Vector, float]] = ()
     ) -> None:
-        frame = camera_frame(camera)
         self.eye, self.forward, right, up = frame.position, frame.forward, frame.right, frame.up
         self.lights = [LightInView(direction(self.eye, light), 1.0, radius) for light, radius in lights]
         self.lights += [LightInView(toward, 0.0, sine) for toward, sine in suns]
@@ -111,6 +109,11 @@ class View:
             )
             for normal, region, offset in sides
         ]
+
+    @property
+    def beyond(self) -> list[tuple[Vector, float, float]]:
+        """The half-spaces, as `Boxes.beyond` takes them, that all that `misses` finds reaches into."""
+        return [(side.normal, side.offset, min(0.0, side.lowest_light)) for side in self._sides]
 
     def misses(self, center: Vector, reach: Callable[[Vector], float]) -> str | None:
         """Return `BEHIND` or `BESIDE` if a solid is surely out of view and casts no shadow into it; or None.

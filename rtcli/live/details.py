@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeAlias, cast
 
 from rtcli.explain.nearby import Bodies
 from rtcli.explain.words import name_of
-from rtcli.lint.check import check_document
+from rtcli.lint.check import check
 from rtcli.rendering.pack import PackedScene, pack_scene
 from rtcli.reports import text
 from rtcli.reports.file_report import FileReport
@@ -20,7 +20,7 @@ from rtcli.scene.reading.parse import parse_bytes
 from rtcli.scene.reading.source import Document, Loc
 from rtcli.scene.validation.validate import validate
 from rtcli.tracer._native import SHAPE_PARAMETERS
-from rtcli.tracer.world import NO_CARRIER, Column
+from rtcli.tracer.world import NO_CARRIER
 
 # The first and last line of a value in the file, counted from 1; None if the file does not have it.
 Lines: TypeAlias = tuple[int, int] | None
@@ -62,7 +62,7 @@ class Details:
         """Return the details of the bytes of a file."""
         document = parse_bytes(raw, name)
         model = validate(overrides.apply(document))
-        problems = check_document(document, raw).problems
+        problems = check(raw, name).problems
         document.find_spans()
         lines = [lines_of(document, ("objects", index)) for index in range(len(model.objects))]
         bodies = Bodies.of(model, pack_scene(model).world.shapes)
@@ -122,25 +122,4 @@ def changed_objects(scene: PackedScene, before: PackedScene | None) -> list[int]
 
 def _records(scene: PackedScene) -> Iterator[tuple[Any, ...]]:
     """Yield all values of each object."""
-    shapes, lights, checkers = scene.world.shapes, scene.world.lights, scene.world.checkers
-    more: dict[int, tuple[Any, ...]] = {
-        index: (size, *color)
-        for index, size, color in zip(checkers.object, checkers.size, _threes(checkers.color), strict=True)
-    }
-    for carrier, parameters, color, intensity in zip(
-        lights.carrier, lights.parameter_rows(), _threes(lights.color), lights.intensity, strict=True
-    ):
-        more[carrier] = (*more.get(carrier, ()), parameters, color, intensity)
-    rows = zip(
-        shapes.kind,
-        _threes(shapes.position),
-        shapes.parameter_rows(),
-        _threes(shapes.color),
-        scene.object_names(),
-        strict=True,
-    )
-    return ((*row, more.get(index)) for index, row in enumerate(rows))
-
-
-def _threes(numbers: Column[float]) -> Iterator[tuple[float, ...]]:
-    return zip(*[iter(numbers)] * 3, strict=True)
+    return zip(scene.world.records(), scene.object_names(), strict=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from array import array
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
@@ -12,6 +13,9 @@ from rtcli.tracer.world import NO_CARRIER, CameraFrame, Checkers, Lights, Settin
 
 if TYPE_CHECKING:  # loads pydantic, which a scene that is plainly valid does without
     from rtcli.scene.model import Camera, Checker, Object, Scene
+
+# Objects without a name, one after the other.
+_WITHOUT_NAMES = re.compile("-+")
 
 
 class PackedScene(NamedTuple):
@@ -29,6 +33,8 @@ class PackedScene(NamedTuple):
         A name of `rtcli.curves.TONE_CURVES`.
     alpha
         Whether the picture has alpha in place of the background, which then is black in `world`.
+    background
+        The background that the file gives.
     """
 
     world: World
@@ -36,15 +42,17 @@ class PackedScene(NamedTuple):
     exposure: float | str
     tone: str
     alpha: bool
+    background: Vector
 
     def object_names(self) -> list[str | None]:
         """Return the name of each object, or None."""
         names: list[str | None] = []
         start = 0
         while start < len(self.names):
-            if self.names[start] == "-":
-                names.append(None)
-                start += 1
+            without = _WITHOUT_NAMES.match(self.names, start)
+            if without:
+                names += [None] * len(without[0])
+                start = without.end()
                 continue
             colon = self.names.index(":", start)
             end = colon + 1 + int(self.names[start:colon])
@@ -61,9 +69,10 @@ def pack_scene(scene: Scene) -> PackedScene:
 
 def packed(world: World, names: str, exposure: float | str, tone: str, alpha: bool) -> PackedScene:
     """Return a packed scene; one with alpha has a black background, so that colors are multiplied by alpha."""
+    background = world.settings.background
     if alpha:
         world = world._replace(settings=world.settings._replace(background=(0.0, 0.0, 0.0)))
-    return PackedScene(world, names, exposure, tone, alpha)
+    return PackedScene(world, names, exposure, tone, alpha, background)
 
 
 def _joined(names: Iterable[str | None]) -> str:

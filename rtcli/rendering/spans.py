@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 from collections.abc import Iterator, Mapping
 
 from rtcli.rendering.load import format_of
@@ -9,17 +10,13 @@ from rtcli.scene.reading.source import ContainerSpan, Document, Source, SourceSp
 from rtcli.tracer._native import FileSpans
 
 
-def use_plain_spans(document: Document, raw: bytes) -> None:
-    """Have a document get its spans, once they are needed, from the compiled reader if it reads the file."""
-    read_exact = document.read_again
-    if read_exact is None:
-        return  # the spans are known
+def plain_document(raw: bytes, name: str) -> Document:
+    """Return a plainly valid file as a document without data, which finds its spans once they are needed."""
 
     def read(source: Source) -> Document:
-        root = plain_spans(raw, source.name)
-        return read_exact(source) if root is None else Document(source, None, root_span=root)
+        return Document(source, None, root_span=plain_spans(raw, source.name))
 
-    document.read_again = read
+    return Document(Source(name, raw.removeprefix(codecs.BOM_UTF8).decode()), None, read_again=read)
 
 
 def plain_spans(raw: bytes, name: str) -> SourceSpan | None:

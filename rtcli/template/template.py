@@ -17,7 +17,7 @@ from rtcli.scene.diagnostics.problems import Problem, SceneError, did_you_mean, 
 from rtcli.scene.model import SHAPES, Integer, Scene
 from rtcli.scene.reading.parse import parse_bytes
 from rtcli.scene.reading.source import HEAD, VALUE, Document, Loc, pointer
-from rtcli.scene.validation.validate import order_in_file, validate
+from rtcli.scene.validation.validate import validate
 from rtcli.template.compiled import compiled
 from rtcli.template.dataset import Dataset
 from rtcli.template.design import factor_values
@@ -173,7 +173,7 @@ def template_of(document: Document, raw: bytes) -> Template:
     if reader.problems or document.problems:
         document.find_spans()
         problems = dict.fromkeys([*document.problems, *reader.problems])
-        raise SceneError(sorted(problems, key=lambda problem: order_in_file(problem, document)))
+        raise SceneError(sorted(problems, key=document.order))
     return Template(document.source.name, raw, dataset, reader.factors, sections, known)
 
 

@@ -421,6 +421,71 @@ class Sampler:
         """
 
 @final
+class Boxes:
+    """The smallest box along the axes around each of many objects.
+
+    Parameters
+    ----------
+    centers, halves
+        The center of each, and half its size, float64: infinite around an object without an end.
+
+    Raises
+    ------
+    ValueError
+        If there are not as many of both.
+    """
+
+    def __new__(cls, centers: bytes, halves: bytes, /) -> Boxes: ...
+    def meeting(self, center: Vector, half: Vector, /) -> list[int]:
+        """Return the indices of all that meet a box, in order; more where rounding hides whether they do."""
+
+    def beyond(self, eye: Vector, planes: list[tuple[Vector, float, float]], /) -> list[int]:
+        """Return the indices of all with a point p beyond a plane, in order; more where rounding hides it.
+
+        Of each plane, its normal n, an offset and a limit are given: n.(p - eye) + offset <= limit is beyond it.
+        """
+
+@final
+class Enclosures:
+    """A search for boxes that hold others, with a limited number of comparisons.
+
+    Parameters
+    ----------
+    boxes
+        Many boxes.
+    chosen
+        The indices of those that may hold others.
+    comparisons
+        How many it makes before it gives up.
+
+    Raises
+    ------
+    ValueError
+        If there is no box with such an index.
+    """
+
+    def __new__(cls, boxes: Boxes, chosen: list[int], comparisons: int, /) -> Enclosures: ...
+    @property
+    def gave_up(self) -> bool:
+        """Whether a search ended early, because it would have taken too many comparisons."""
+
+    def around(self, center: Vector, half: Vector, is_wanted: Callable[[int], bool], /) -> int | None:
+        """Return the index of the first box that holds another and is wanted."""
+
+    def first_inside(
+        self, inner: bytes, start: int, is_wanted: Callable[[int, int], bool], /
+    ) -> tuple[int, int] | None:
+        """Return the place of the first of some boxes, uint64, that another holds, and the index of that one.
+
+        The search begins at a place; `is_wanted` is told the indices of the inner box and the outer one.
+
+        Raises
+        ------
+        ValueError
+            If there is no box with such an index.
+        """
+
+@final
 class Body:
     """A solid object: its kind, a name of `SHAPE_PARAMETERS`, its center, and its parameters.
 

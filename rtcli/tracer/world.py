@@ -236,3 +236,25 @@ class World(NamedTuple):
     checkers: Checkers
     lights: Lights
     settings: Settings
+
+    def records(self) -> Iterator[tuple[Any, ...]]:
+        """Yield all numbers of each object: equal objects have equal ones."""
+        shapes, lights, checkers = self.shapes, self.lights, self.checkers
+        more: dict[int, tuple[Any, ...]] = {
+            index: (size, *color)
+            for index, size, color in zip(checkers.object, checkers.size, threes(checkers.color), strict=True)
+        }
+        for carrier, parameters, color, intensity in zip(
+            lights.carrier, lights.parameter_rows(), threes(lights.color), lights.intensity, strict=True
+        ):
+            if carrier != NO_CARRIER:
+                more[carrier] = (*more.get(carrier, ()), parameters, color, intensity)
+        rows = zip(
+            shapes.kind, threes(shapes.position), shapes.parameter_rows(), threes(shapes.color), strict=True
+        )
+        return ((*row, more.get(index)) for index, row in enumerate(rows))
+
+
+def threes(numbers: Column[float]) -> Iterator[tuple[float, ...]]:
+    """Return the vectors of a column."""
+    return zip(*[iter(numbers)] * 3, strict=True)

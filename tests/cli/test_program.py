@@ -431,8 +431,24 @@ def test_reference_engine_takes_numpy_but_not_pillow(scene):
     assert "PIL" not in modules
 
 
-def test_validation_takes_neither_numpy_nor_pillow_though_it_looks_at_a_small_picture(scene):
-    assert imported_by("validate", scene) & {"numpy", "PIL", "rtcli.rendering.film"} == set()
+# What a plainly valid scene does without: models, readers in Python, and all that makes films.
+NOT_FOR_VALID_SCENES = {
+    *("numpy", "PIL", "pydantic", "yaml", "rtcli.scene.model", "rtcli.scene.reading.parse"),
+    *("rtcli.scene.validation", "rtcli.template", "rtcli.dataset", "rtcli.rendering.film"),
+}
+
+
+@pytest.mark.parametrize("more", ["", "image: {exposure: -30}\n"])
+def test_validation_takes_no_models_though_it_looks_at_a_small_picture(scene, more):
+    with Path(scene).open("a", encoding="utf-8") as file:
+        file.write(more)  # a warning, which has its place in the file
+    assert imported_by("validate", scene) & NOT_FOR_VALID_SCENES == set()
+
+
+def test_validation_takes_yaml_for_comments_that_ignore_warnings(scene):
+    with Path(scene).open("a", encoding="utf-8") as file:
+        file.write("# rtcli: ignore W004\n")
+    assert imported_by("validate", scene) & NOT_FOR_VALID_SCENES == {"yaml"}
 
 
 def test_characters_that_the_output_cannot_encode_are_escaped(spawn, folder):

@@ -1,6 +1,14 @@
 """All that is said of a scene file: errors, or warnings in the order of the file."""
 
+import copy
+import json
+from unittest import mock
+
 import pytest
+import worlds
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
 
 from rtcli.lint.check import check
 from rtcli.lint.probe import Probe
@@ -117,3 +125,52 @@ def test_picture_is_not_probed_for_warnings_that_nobody_wants(monkeypatch):
     monkeypatch.setattr("rtcli.lint.check.Probe", None)
     unwanted = {rules.BLACK_PICTURE, rules.WHITE_PICTURE, rules.BURNT_OUT}
     assert check((HEAD + SEEN).encode(), "scene.yaml", unwanted).problems == ()
+
+
+# --- Two ways from a file to arrays ----------------------------------------------------------------------
+
+
+@st.composite
+def files(draw):
+    """Draw the name and the text of a scene with comments, in which things may be there twice or far away."""
+    data = draw(
+        worlds.random_scenes(lenses=("fov", "fov_x", "height"))
+        | worlds.random_scenes(emitters=True, lenses=("fov", "height"))
+    )
+    again = copy.deepcopy(data["objects"][: draw(st.integers(0, 2))])
+    data["objects"] += [{**item, "name": f"twin {number}"} for number, item in enumerate(again)]
+    data["objects"] += [worlds.sphere([0, 0, 900], 0.1), worlds.sphere([0, 0, 900], 3, name="große: Kugel")]
+    data["image"] = draw(st.fixed_dictionaries({}, optional={"exposure": st.sampled_from([-30, 9, "auto"])}))
+    data["image"]["alpha"] = draw(st.booleans())
+    if draw(st.booleans()):
+        return "a.json", json.dumps(data, indent=draw(st.sampled_from([None, 1])), ensure_ascii=False)
+    text = yaml.safe_dump(
+        data, sort_keys=False, allow_unicode=True, default_flow_style=draw(st.sampled_from([False, None]))
+    )
+    comment = draw(st.sampled_from(["", "# rtcli: ignore W004 W014\n", "# rtcli: ignore W999\n"]))
+    return "a.yaml", draw(st.sampled_from([comment + text, text.replace("objects:\n", "objects:\n" + comment)]))
+
+
+@given(files())
+def test_both_ways_to_arrays_lead_to_the_same_problems(file):
+    name, text = file
+    with mock.patch("rtcli.lint.check._check_by_models", side_effect=AssertionError("the short way is taken")):
+        found = check(text.encode(), name)
+    with mock.patch("rtcli.lint.check.read_packed", return_value=None):
+        assert found == check(text.encode(), name)
+    assert found.problems or "W00" in text
+
+
+def test_equal_objects_are_found_however_their_keys_are_written():
+    text = (
+        "camera: {resolution: [8, 8], fov: 40}\nlights: [{position: [0, 5, 0], intensity: 900}]\nobjects:\n"
+        "  - {type: box, position: [0, 0, -5], size: [1, 1, 1], rotation: 45, color: red}\n"
+        "  - {type: box, position: [-0.0, 0, -5], size: [1, 1, 1], rotation: [0, 45, 0], "
+        "color: [1, 0, -0.0], name: x}\n"
+        "  - {type: box, position: [0, 0, -5], size: [1, 1, 1], rotation: 45, color: red, light: {intensity: 1}}\n"
+        "  - {type: box, position: [0, 0, -5], size: [1, 1, 1], rotation: 45, color: red, light: {intensity: 2}}\n"
+        "  - {type: box, position: [0, 0, -5], size: [1, 1, 1], rotation: 45, color: red, "
+        "checker: {size: 1, color: red}}\n"
+    )
+    found = [(problem.line, problem.code) for problem in check(text.encode(), "a.yaml").problems]
+    assert [line for line, code in found if code == "W007"] == [5]

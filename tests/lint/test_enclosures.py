@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rtcli.lint.enclosures import Enclosures
-from rtcli.lint.shapes import Ball, shape_of
+from rtcli.lint.shapes import Ball, SceneShapes
+from rtcli.rendering.pack import pack_scene
 
 BALL = worlds.sphere([1, 2, 3], radius=2)
 CUBE = worlds.box([1, 2, 3], [2, 4, 6])
@@ -19,8 +20,12 @@ PILL = worlds.capsule([0, 0, 0], 1, 4, axis=[1, 0, 0])
 TURNED = worlds.box([0, 0, 0], [2, 2, 2], rotation=45)
 
 
+def shapes_of(objects):
+    return SceneShapes(pack_scene(worlds.scene(objects)).world.shapes)
+
+
 def solid(data):
-    return shape_of(worlds.scene([data]).objects[0]).solid
+    return shapes_of([data])[0].solid
 
 
 def test_plane_is_no_solid():
@@ -143,7 +148,7 @@ def test_nearest_point_of_a_round_shape_is_on_it_and_as_far_as_the_distance_says
 
 
 def crowd(seed):
-    """Return solids of very different sizes, many of them inside others, and some twice."""
+    """Return the shapes of solids of very different sizes, many of them inside others, and some twice."""
     rng = random.Random(seed)
     shapes = []
     for _ in range(60):
@@ -159,29 +164,40 @@ def crowd(seed):
         else:
             size = [extent * rng.uniform(0.3, 2) for _ in range(3)]
             shapes.append(worlds.box(position, size, rotation=rng.uniform(0, 360)))
-    return [solid(shape) for shape in shapes + shapes[:3]]
+    return shapes_of(shapes + shapes[:3])
+
+
+def enclosures_of(shapes):
+    return Enclosures(shapes, shapes.solids)
 
 
 @given(seed=st.integers(0, 2**32))
 def test_grid_finds_an_enclosure_where_trying_all_finds_one(seed):
-    solids = crowd(seed)
-    grid = Enclosures(dict(enumerate(solids)))
-    for own, inner in enumerate(solids):
-        around = {index for index, outer in enumerate(solids) if index != own and outer.contains(inner)}
-        found = grid.around(inner)
-        assert found in around if around else found is None
+    shapes = crowd(seed)
+    solids = [shapes.solid(index) for index in shapes.solids]
+    expected = {
+        own: around
+        for own, inner in enumerate(solids)
+        if (around := {index for index, outer in enumerate(solids) if index != own and outer.contains(inner)})
+    }
+    found = dict(enclosures_of(shapes).inside(shapes.solids))
+    assert found.keys() == expected.keys()
+    assert all(found[own] in around for own, around in expected.items())
+    grid = enclosures_of(shapes)
+    assert {own: grid.around(inner) for own, inner in enumerate(solids) if own in expected} == found
     for _ in range(20):
         point = Ball.of(tuple(random.Random(seed).uniform(-4, 4) for _ in range(3)), 0)
         around = {index for index, outer in enumerate(solids) if outer.contains(point)}
-        found = grid.around(point)
-        assert found in around if around else found is None
+        one = grid.around(point)
+        assert one in around if around else one is None
 
 
 def test_hostile_crowd_is_given_up_in_time():
     # Thin boxes through one point: each could enclose each other, none does.
-    solids = [
-        solid(worlds.box([0, 0, 0], [1, 0.001, 0.001 + number * 1e-6], rotation=number)) for number in range(3000)
-    ]
-    grid = Enclosures(dict(enumerate(solids)))
-    assert [grid.around(inner) for inner in solids].count(None) > 0
-    assert grid._left < 0  # nine million comparisons would be needed
+    shapes = shapes_of(
+        [worlds.box([0, 0, 0], [1, 0.001, 0.001 + number * 1e-6], rotation=number) for number in range(3000)]
+    )
+    grid = enclosures_of(shapes)
+    assert len(list(grid.inside(shapes.solids))) < 3000
+    assert grid.gave_up  # nine million comparisons would be needed
+    assert grid.around(Ball.of((0, 0, 0), 0)) is None

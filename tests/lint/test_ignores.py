@@ -6,12 +6,12 @@ import pytest
 
 from rtcli.lint.ignores import ignores_of, warning_of
 from rtcli.scene.diagnostics import rules
-from rtcli.scene.reading.parse import parse_bytes
+from rtcli.scene.reading.source import Source
 
 
 def ignores(text, name="scene.yaml"):
     """Return the codes that are ignored everywhere, those of each line, and the messages with their positions."""
-    found = ignores_of(parse_bytes(text.encode(), name))
+    found = ignores_of(Source(name, text.removeprefix("\ufeff")))
     lines = {line: {rule.code for rule in named} for line, named in found.lines.items() if named}
     problems = [(problem.line, problem.column, problem.message) for problem in found.problems]
     assert {problem.severity for problem in found.problems} <= {"warning"}
@@ -100,5 +100,5 @@ def test_very_many_comments_take_a_moment():
 
 
 def test_file_without_such_comments_is_not_scanned(monkeypatch):
-    monkeypatch.setattr("rtcli.lint.ignores.yaml.scan", None)
+    monkeypatch.setattr("yaml.scan", None)
     assert ignores("a: 1 # a comment\n") == (set(), {}, [])

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from rtcli.lint import scene as lint
 from rtcli.lint.check import check
 from rtcli.lint.probe import Probe
+from rtcli.rendering.pack import pack_scene
 from rtcli.scene.diagnostics import rules
 from rtcli.scene.model import ImageSettings, Scene
 
@@ -23,7 +24,7 @@ FILES = sorted((Path(__file__).parents[1] / "data" / "lint").glob("*.yaml"))
 def warnings_of(data):
     """Return {rule: locations} of the warnings for a scene's data, but for black and white pictures."""
     scene = data if isinstance(data, Scene) else Scene.model_validate(data)
-    index = lint.SceneIndex(scene)
+    index = lint.SceneIndex(pack_scene(scene))
     found = {}
     for warning in (*lint.lint(index), *burnt_spots(scene, index)):
         found.setdefault(warning.rule, []).append(warning.loc)
@@ -31,7 +32,7 @@ def warnings_of(data):
 
 
 def burnt_spots(scene, index):
-    probe = Probe(scene)
+    probe = Probe(pack_scene(scene))
     exposure = probe.exposure().exposure
     return [spot.warning for spot in lint.burnt_spots(index, exposure) if probe.sees_burnt(spot, exposure)]
 
@@ -114,7 +115,7 @@ def burnt_scenes(draw):
 @given(data=burnt_scenes(), exposure=st.sampled_from([-2.0, 0.0, 3.0, "auto"]))
 def test_what_is_said_to_burn_out_does_so_in_the_picture(data, exposure):
     scene = Scene.model_validate({**data, "image": {"exposure": exposure}})
-    probe, index = Probe(scene), lint.SceneIndex(scene)
+    probe, index = Probe(pack_scene(scene)), lint.SceneIndex(pack_scene(scene))
     stops = probe.exposure().exposure
     film = worlds.render(scene, passes=("object_id", "position"))
     for spot in lint.burnt_spots(index, stops):
@@ -156,7 +157,7 @@ def test_camera_that_is_said_to_be_inside_sees_that_object_or_what_is_inside_wit
 def test_picture_that_is_said_to_be_black_or_white_is(data, exposure):
     scene = Scene.model_validate({**data, "image": {"exposure": exposure}})
     levels = worlds.render(scene).develop()
-    seen = Probe(scene).exposure()
+    seen = Probe(pack_scene(scene)).exposure()
     assert seen.is_black == (levels.max() == 0)
     assert seen.is_white == (levels.min() == 255)
 
@@ -357,6 +358,22 @@ def test_of_two_equal_objects_the_second_is_told_whatever_its_name():
     assert found == {rules.EQUAL_OBJECTS: [("objects", 1)]}
 
 
+def test_what_stands_in_a_wall_up_to_rounding_makes_it_that_of_a_room():
+    room = worlds.box([0, 0, 0], [2, 2, 2])
+    for gap, expected in ((5e-7, set()), (5e-6, {rules.CAMERA_INSIDE})):
+        speck = worlds.sphere([0, 0, -1 - gap], 1e-9)
+        assert set(warnings_of(worlds.scene([room, speck], LIT))) - {rules.OUT_OF_VIEW} == expected
+
+
+def test_camera_far_away_is_on_a_surface_up_to_rounding():
+    for gap, expected in ((1e-6, False), (-1e-4, True)):
+        ball = worlds.box([0, 1e9, 0], [2, 2, 2])
+        camera = {**worlds.CAMERA, "position": [1 + gap, 1e9, 0]}
+        index = lint.SceneIndex(pack_scene(worlds.scene([ball], LIT, camera=camera)))
+        assert index.around_eye == {0}
+        assert (rules.CAMERA_INSIDE in {warning.rule for warning in lint.lint(index)}) == expected
+
+
 def test_box_whose_face_lies_in_that_of_another_may_be_seen():
     flush = [worlds.box([0, 0, -6], [2, 2, 2]), worlds.box([0, 0.5, -6], [1, 1, 1])]
     assert rules_of(flush) == set()
@@ -425,6 +442,14 @@ def test_what_is_burnt_on_the_side_that_nobody_sees_is_not_told():
     assert burnt_from_above([table], [worlds.light([0, 0.58, 0], 30)])
 
 
+def test_light_at_the_eye_that_gives_nothing_burns_nothing_though_falloff_is_infinite():
+    light = worlds.light([0, 0, 1e-200], 0)
+    render = {"eye_falloff": True, "ambient": [1, 1, 1]}
+    for objects in ([], [FLOOR]):
+        scene = worlds.scene(objects, [light], render=render)
+        assert list(lint.burnt_spots(lint.SceneIndex(pack_scene(scene)), 0.0)) == []
+
+
 def test_light_that_does_not_reach_the_surface_burns_nothing():
     # A cover between the light and the floor takes the light; it is black itself.
     cover = worlds.sphere([0, 0.02, 0], 0.01, "black")
@@ -437,11 +462,11 @@ def test_light_that_does_not_reach_the_surface_burns_nothing():
 def test_lamp_that_hides_what_it_burns_is_not_taken_for_it():
     lamp = worlds.sphere([0, 0.6, 0], 0.5, light={"intensity": 10_000})
     scene = worlds.scene([FLOOR, lamp], camera=FROM_ABOVE)
-    index = lint.SceneIndex(scene)
+    index = lint.SceneIndex(pack_scene(scene))
     (spot,) = lint.burnt_spots(index, 0.0)
     assert spot.body == 0
     assert worlds.render(scene).radiance[100, 100].min() > lint.BURNT  # that is the lamp
-    assert not Probe(scene).sees_burnt(spot, 0.0)
+    assert not Probe(pack_scene(scene)).sees_burnt(spot, 0.0)
 
 
 def test_light_behind_a_surface_burns_nothing_that_is_seen():
@@ -451,11 +476,17 @@ def test_light_behind_a_surface_burns_nothing_that_is_seen():
     assert rules_of([wall], [worlds.light([0, 0, -9.99], 100)], camera=close) == {rules.BURNT_OUT}
 
 
+@pytest.mark.parametrize("alpha", [False, True])
+def test_picture_with_alpha_is_as_bright_as_with_its_background(alpha):
+    sections = {"render": {"background": [1, 1, 1]}, "image": {"alpha": alpha}}
+    assert Probe(pack_scene(worlds.scene([], LIT, **sections))).exposure().is_white
+
+
 def test_small_lamp_in_the_dark_is_not_taken_for_a_black_picture():
     lamp = worlds.sphere([0, 0, -10], 0.02, light={"intensity": 5000})
     scene = worlds.scene([lamp], camera={"resolution": [501, 401], "fov": 60})
     assert worlds.render(scene).develop().max() > 0
-    assert not Probe(scene).exposure().is_black
+    assert not Probe(pack_scene(scene)).exposure().is_black
 
 
 # --- Bounds ----------------------------------------------------------------------------------------------
@@ -474,26 +505,26 @@ def tangle(count=3000, lights=30):
 
 def test_probe_of_a_tangle_is_left_out_at_the_same_number_of_steps_always():
     scene = tangle(300, 3)
-    probe = Probe(scene)
+    probe = Probe(pack_scene(scene))
     assert probe.exposure() is not None
     steps = probe._budget.spent
     for _ in range(2):
-        assert Probe(scene, steps).exposure() is not None
-        assert Probe(scene, steps - 1).exposure() is None
+        assert Probe(pack_scene(scene), steps).exposure() is not None
+        assert Probe(pack_scene(scene), steps - 1).exposure() is None
 
 
 def test_probe_of_a_tangle_ends_within_its_budget(monkeypatch):
-    probe = Probe(tangle(), 1_000_000)
+    probe = Probe(pack_scene(tangle()), 1_000_000)
     assert probe.exposure() is None
     assert 1_000_000 < probe._budget.spent < 1_000_100  # the last steps that were asked for are counted
     auto = tangle().model_copy(update={"image": ImageSettings(exposure="auto")})
-    assert Probe(auto, 1_000_000).exposure() is None
+    assert Probe(pack_scene(auto), 1_000_000).exposure() is None
 
 
 def test_probe_of_many_things_apart_from_each_other_is_no_work():
     side = range(30)
     balls = [worlds.sphere([x - 15, y - 15, -40 - z], 0.3) for x in side for y in side for z in range(10)]
-    probe = Probe(worlds.scene(balls, LIT, camera={"resolution": [1920, 1080], "fov": 40}))
+    probe = Probe(pack_scene(worlds.scene(balls, LIT, camera={"resolution": [1920, 1080], "fov": 40})))
     assert probe.exposure() is not None
     assert probe._budget.spent < probe_steps() / 10
 
@@ -507,14 +538,16 @@ def probe_steps():
 def test_of_lights_without_number_only_some_are_looked_at():
     lights = [worlds.light([x, 0.05, 0], 30) for x in range(150_000)]
     floors = [FLOOR, FLOOR | {"position": [0, -1, 0]}]
-    index = lint.SceneIndex(worlds.scene(floors, lights, camera=FROM_ABOVE))
+    index = lint.SceneIndex(pack_scene(worlds.scene(floors, lights, camera=FROM_ABOVE)))
     assert sum(1 for _ in lint.burnt_spots(index, 0.0)) == 100_000
     assert index.left_out == {rules.BURNT_OUT}
 
 
 def test_camera_in_very_many_things_is_not_compared_with_all_of_them(monkeypatch):
     monkeypatch.setattr(lint, "_MAX_DISTANCES", 100)
-    index = lint.SceneIndex(worlds.scene([worlds.sphere([0, 0, 0.001 * i], 1 + 0.01 * i) for i in range(9)]))
+    index = lint.SceneIndex(
+        pack_scene(worlds.scene([worlds.sphere([0, 0, 0.001 * i], 1 + 0.01 * i) for i in range(9)]))
+    )
     assert sum(1 for warning in lint.lint(index) if warning.rule is rules.CAMERA_INSIDE) <= 9
     assert rules.CAMERA_INSIDE not in index.left_out
     monkeypatch.setattr(lint, "_MAX_DISTANCES", 20)
@@ -525,7 +558,7 @@ def test_camera_in_very_many_things_is_not_compared_with_all_of_them(monkeypatch
 def test_planes_and_lights_without_number_are_not_all_compared(monkeypatch):
     monkeypatch.setattr(lint, "_MAX_DISTANCES", 10)
     planes = [worlds.plane([0, 0, 3 + i], [0, 0, 1]) for i in range(9)]
-    index = lint.SceneIndex(worlds.scene(planes, LIT))
+    index = lint.SceneIndex(pack_scene(worlds.scene(planes, LIT)))
     assert sum(1 for warning in lint.lint(index) if warning.rule is rules.BEHIND_CAMERA) == 5
     assert index.left_out == {rules.BEHIND_CAMERA, rules.OUT_OF_VIEW}
 
@@ -534,7 +567,7 @@ def test_tangle_of_enclosures_is_left_out_and_told(monkeypatch):
     monkeypatch.setattr("rtcli.lint.enclosures._FEWEST", 1)
     monkeypatch.setattr("rtcli.lint.enclosures._MAX_COMPARISONS", 1)
     nested = [worlds.sphere([0, 0, -20 - 0.01 * i], 2 - 0.01 * i) for i in range(30)]
-    index = lint.SceneIndex(worlds.scene(nested, [worlds.light([0, 0, -19])]))
+    index = lint.SceneIndex(pack_scene(worlds.scene(nested, [worlds.light([0, 0, -19])])))
     list(lint.lint(index))
     assert rules.HIDDEN_INSIDE in index.left_out
 

@@ -551,3 +551,34 @@ def test_encoder_takes_whole_rows_and_all_of_them():
 def _encoded(*rows):
     encoder = _native.PngEncoder(2, 2, LOOK, [])
     return encoder.push(b"".join(rows)) + encoder.finish()
+
+
+# --- Boxes -----------------------------------------------------------------------------------------------
+
+
+def boxes(*centers, half=1.0):
+    return _native.Boxes(array("d", sum(centers, ())).tobytes(), array("d", [half] * 3 * len(centers)).tobytes())
+
+
+def test_boxes_that_do_not_fit_together_are_refused():
+    with pytest.raises(ValueError, match="each box has a center and a size"):
+        _native.Boxes(bytes(48), bytes(24))
+    with pytest.raises(ValueError, match="not a whole number"):
+        _native.Boxes(bytes(25), bytes(25))
+
+
+def test_search_for_boxes_that_are_not_there_is_refused():
+    two = boxes((0.0, 0.0, 0.0), (5.0, 0.0, 0.0))
+    with pytest.raises(ValueError, match="there is no box 2"):
+        _native.Enclosures(two, [0, 2], 9)
+    search = _native.Enclosures(two, [0, 1], 9)
+    with pytest.raises(ValueError, match="there is no box 7"):
+        search.first_inside(array("Q", [0, 7]).tobytes(), 0, lambda inner, outer: True)
+    assert search.first_inside(array("Q", [7, 0]).tobytes(), 1, lambda inner, outer: True) is None
+
+
+def test_what_is_raised_during_a_search_ends_it():
+    search = _native.Enclosures(boxes((0.0, 0.0, 0.0)), [0], 9)
+    with pytest.raises(ZeroDivisionError):
+        search.around((0.0, 0.0, 0.0), (0.5, 0.5, 0.5), lambda outer: 1 // outer)
+    assert search.around((0.0, 0.0, 0.0), (0.5, 0.5, 0.5), lambda outer: True) == 0

@@ -85,6 +85,10 @@ class SourceSpan:
         """Return the last span on the path to `loc`, and whether it is the span of `loc` itself."""
         return self, not loc
 
+    def depth(self, loc: Loc) -> int:
+        """Return how many steps of a path lead to spans."""
+        return 0
+
     def at(self, loc: Loc, part: str = VALUE) -> SourceSpan:
         """Return the span of the value, key or first token at `loc`; otherwise of the first token around it."""
         if part == KEY and loc:
@@ -127,6 +131,11 @@ class ContainerSpan(SourceSpan):
         child = self.values.get(loc[0]) if loc else None
         return child.find(loc[1:]) if child else (self, not loc)
 
+    def depth(self, loc: Loc) -> int:
+        """Return how many steps of a path lead to spans."""
+        child = self.values.get(loc[0]) if loc else None
+        return 1 + child.depth(loc[1:]) if child else 0
+
 
 class Edit(NamedTuple):
     """A value that a command-line option put into the scene at `loc`, and its span in the option."""
@@ -145,7 +154,7 @@ class Document:
     source
         The file's name and text.
     data
-        Mappings, lists, text, numbers, true, false and None, nested as in the file.
+        Mappings, lists, text, numbers, true, false and None, nested as in the file; None if it was read as arrays.
     problems
         The problems that the reader could continue past.
     edits
@@ -200,8 +209,16 @@ class Document:
                 return edit.source, edit.span  # a mapping that exists only through the option
         return self.source, root.at(loc, part)
 
+    def order(self, problem: Problem) -> tuple[bool, int, int]:
+        """Return the sort key of a problem: its position in the file; problems of options come last, as given."""
+        in_file = problem.path == self.source.name
+        return not in_file, problem.line * in_file, problem.column * in_file
+
     def nearest(self, loc: Loc) -> Loc:
         """Return the longest part of a location that exists in the data."""
+        if self.data is None:  # of a file that was read as arrays, the spans tell
+            self.find_spans()
+            return loc[: (self.root_span or SourceSpan(0, 0)).depth(loc)]
         value = self.data
         for count, step in enumerate(loc):
             if not (step in value if isinstance(value, dict) else isinstance(value, list)):

@@ -85,18 +85,12 @@ def _errors(data: dict[str, Any]) -> list[ErrorDetails]:
 
 def _in_order(problems: list[Problem], document: Document, has_more: bool = False) -> Iterator[Problem]:
     """Yield each problem once, in order, up to `MAX_PROBLEMS` and then a note that there are more."""
-    ordered = sorted(dict.fromkeys(problems), key=lambda problem: order_in_file(problem, document))
+    ordered = sorted(dict.fromkeys(problems), key=document.order)
     yield from ordered[:MAX_PROBLEMS]
     if has_more or len(ordered) > MAX_PROBLEMS:
         yield document.problem(
             rules.MORE_PROBLEMS, (), f"only the first {MAX_PROBLEMS:,} problems are listed", at=HEAD
         )
-
-
-def order_in_file(problem: Problem, document: Document) -> tuple[bool, int, int]:
-    """Return the sort key of a problem: its position in the file; problems of options come last, as given."""
-    in_file = problem.path == document.source.name
-    return not in_file, problem.line * in_file, problem.column * in_file
 
 
 class _Finding(NamedTuple):

@@ -1,6 +1,12 @@
 //! The solid shapes of a scene as convex bodies: how far one reaches in a direction, and how far two are apart.
+//!
+//! - `boxes`: the boxes around many objects
+//! - `enclosures`: the search for boxes that hold others
 
 #![forbid(unsafe_code)]
+
+pub mod boxes;
+pub mod enclosures;
 
 use parry3d_f64::math::{Pose, Rotation, Vector};
 use parry3d_f64::query::details::distance_support_map_support_map;

@@ -10,6 +10,7 @@
 //! - `byte_channel`: bytes on their way from the pool to the calling thread
 //! - `display`: developing and metering radiance from any engine
 //! - `deflate`: the compression of zlib
+//! - `boxes`: the boxes around objects, and those that hold others
 //! - `draws`: the random words of templates, and the bodies that are measured
 //! - `sampler`: templates, with their draws and their objects
 //! - `png`: PNG files of values that are already developed, or are no colors
@@ -20,6 +21,7 @@
 #![forbid(unsafe_code)]
 
 mod arrays;
+mod boxes;
 mod byte_channel;
 mod deflate;
 mod display;
@@ -42,6 +44,8 @@ mod _native {
     use pyo3::types::IntoPyDict;
     use rtcli_tracer::world::{LightSource, ShapeDesc};
 
+    #[pymodule_export]
+    use crate::boxes::{Boxes, Enclosures};
     #[pymodule_export]
     use crate::deflate::deflate;
     #[pymodule_export]
