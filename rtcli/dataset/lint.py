@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 
-from rtcli.dataset.sample import SampleError, draw_sample
+from rtcli.dataset.sample import SampleError, SampleRequest, draw_sample
 from rtcli.lint.check import CheckResult, warnings_of
 from rtcli.lint.ignores import Ignores, ignores_of
 from rtcli.lint.scene import LintWarning
@@ -13,6 +13,7 @@ from rtcli.scene.reading.parse import parse_bytes
 from rtcli.scene.reading.source import HEAD, Loc
 from rtcli.scene.validation.validate import order_in_file
 from rtcli.template.template import Template
+from rtcli.tracer.engines import default_threads
 
 # The samples to look at, spread over all indices.
 SAMPLES = 5
@@ -58,7 +59,7 @@ def _warnings(
 ) -> Iterator[LintWarning] | None:
     """Return the warnings about a sample, at their places in the template; None if a few tries do not find it."""
     try:
-        sample, _ = draw_sample(template, index, most_tries=MOST_TRIES)
+        sample, _ = draw_sample(template, index, SampleRequest(threads=default_threads(), tries=MOST_TRIES))
     except SampleError:
         return None
 

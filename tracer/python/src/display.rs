@@ -80,22 +80,10 @@ pub fn develop<'py>(
     radiance: &[u8],
     transform: PyDisplay<'_>,
 ) -> PyResult<Bound<'py, PyByteArray>> {
-    developed(py, &*developer(transform)?, &pixels(radiance)?)
-}
-
-/// Return developed radiance, interleaved RGB.
-///
-/// # Errors
-///
-/// `MemoryError` if memory runs out.
-pub fn developed<'py>(
-    py: Python<'py>,
-    developer: &Developer,
-    radiance: &[f32],
-) -> PyResult<Bound<'py, PyByteArray>> {
+    let (developer, radiance) = (developer(transform)?, pixels(radiance)?);
     let length = radiance.len() / CHANNELS * developer.bytes_per_pixel();
     PyByteArray::new_with(py, length, |developed| {
-        py.detach(|| developer.develop(radiance, developed));
+        py.detach(|| developer.develop(&radiance, developed));
         Ok(())
     })
 }

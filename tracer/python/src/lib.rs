@@ -9,9 +9,8 @@
 //! - `interruptible`: work in a thread pool while the calling thread listens to Python
 //! - `byte_channel`: bytes on their way from the pool to the calling thread
 //! - `display`: developing and metering radiance from any engine
-//! - `deflate`: the compression of zlib
 //! - `draws`: the random words of templates, and the bodies that are measured
-//! - `sampler`: templates, with their draws and their objects
+//! - `sampler`: templates, with their draws and their samples
 //! - `png`: PNG files of values that are already developed, or are no colors
 //! - `errors`: the core's errors as Python exceptions
 //!
@@ -21,7 +20,6 @@
 
 mod arrays;
 mod byte_channel;
-mod deflate;
 mod display;
 mod draws;
 mod errors;
@@ -43,8 +41,6 @@ mod _native {
     use rtcli_tracer::world::{LightSource, ShapeDesc};
 
     #[pymodule_export]
-    use crate::deflate::deflate;
-    #[pymodule_export]
     use crate::display::{PngEncoder, develop, half_tangent, meter};
     #[pymodule_export]
     use crate::draws::{Body, draw_word};
@@ -53,15 +49,15 @@ mod _native {
     #[pymodule_export]
     use crate::picture::write_picture;
     #[pymodule_export]
-    use crate::png::{decode_png, encode_png, id_boxes, rle_masks};
+    use crate::png::{decode_png, encode_png, id_boxes, pass_picture};
     #[pymodule_export]
-    use crate::sampler::{Drawn, Placement, Sampler};
+    use crate::sampler::{Drawn, Sample, Sampler};
     #[pymodule_export]
     use crate::scene::{by_threes, read_scene};
     #[pymodule_export]
     use crate::spans::FileSpans;
     #[pymodule_export]
-    use crate::tracer::{Tracer, WorkBudget, emitter_places, sample_offsets, simd_level};
+    use crate::tracer::{Tracer, WorkBudget, camera_matrices, emitter_places, sample_offsets, simd_level};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
