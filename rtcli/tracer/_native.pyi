@@ -218,8 +218,7 @@ def write_picture(
     -------
     fingerprint, sha256, bytes, size, seconds
         The fingerprint of the scene, the hash of the file in hexadecimal digits, its size, the width and height of
-        the picture, and the seconds of each stage. None if the scene is not plainly valid, or its picture has
-        alpha.
+        the picture, and the seconds of each stage. None if the scene is not plainly valid.
 
     Raises
     ------
@@ -247,8 +246,11 @@ def emitter_places(count: int, /) -> list[Vector]:
 def sample_offsets(count: int, /) -> list[tuple[float, float]]:
     """Return the offsets of a pixel's samples; see `rtcli.tracer.sampling`."""
 
-def develop(radiance: bytes, transform: _DisplayTransform, /) -> bytearray:
-    """Return radiance, interleaved float32 RGB, as sRGB: 8 bits a channel, or 16 with the high byte first."""
+def develop(radiance: bytes, transform: _DisplayTransform, alpha: bytes | None = None, /) -> bytearray:
+    """Return radiance, interleaved float32 RGB, as sRGB: 8 bits a channel, or 16 with the high byte first.
+
+    With alpha, float32, radiance is multiplied by it; the fourth channel is alpha, and the others are not multiplied.
+    """
 
 def encode_png(pixels: bytes, size: tuple[int, int], channels: int, bits: int, texts: _Texts, /) -> bytes:
     """Return a PNG of levels: 1 or 3 channels that are no colors, or sRGB with alpha in 4.

@@ -124,7 +124,7 @@ fn positions(points: &[[f32; 3]]) -> Result<PassPicture, OutOfMemory> {
     let is_clipped = |point: &&[f64; 3]| (0..3).any(|i| point[i] < low[i] + scale[i] || point[i] > high[i]);
     let mut bytes = filled(6 * points.len(), 0, PASS)?;
     for (bytes, point) in zip(bytes.as_chunks_mut::<6>().0, points) {
-        *bytes.as_chunks_mut().0.as_mut_array().expect("three levels") = levels(point).map(u16::to_be_bytes);
+        bytes.copy_from_slice(levels(point).map(u16::to_be_bytes).as_flattened());
     }
     Ok(PassPicture {
         levels: bytes,
