@@ -30,6 +30,9 @@ LIGHT_PARAMETERS: dict[str, int]
 # The exposure is metered at this many times as many points, a grid that spans the whole picture.
 METER_GRID: int
 
+# The most steps to find the coverage of objects.
+COVERAGE_STEPS: int
+
 class BudgetExceededError(RuntimeError):
     """There was more to do than a `WorkBudget` allows."""
 
@@ -249,7 +252,7 @@ def sample_offsets(count: int, /) -> list[tuple[float, float]]:
 def develop(radiance: bytes, transform: _DisplayTransform, alpha: bytes | None = None, /) -> bytearray:
     """Return radiance, interleaved float32 RGB, as sRGB: 8 bits a channel, or 16 with the high byte first.
 
-    With alpha, float32, radiance is multiplied by it; the fourth channel is alpha, and the others are not multiplied.
+    With alpha, float32, radiance is multiplied by it; the fourth channel is alpha, and the others are no products.
     """
 
 def encode_png(pixels: bytes, size: tuple[int, int], channels: int, bits: int, texts: _Texts, /) -> bytes:

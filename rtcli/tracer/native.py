@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
-from rtcli.tracer._native import METER_GRID, BudgetExceededError, Tracer, WorkBudget
+from rtcli.tracer._native import COVERAGE_STEPS, METER_GRID, BudgetExceededError, Tracer, WorkBudget
 from rtcli.tracer.passes import RADIANCE, new_arrays
 from rtcli.tracer.world import CameraFrame, Checkers, Lights, MeterReading, Progress, Shapes, Window, World
 
 if TYPE_CHECKING:
     from rtcli.tracer.passes import Arrays
-
-# The most steps to find the coverage, about a second on two cores; 100,000 spheres apart from each other take a
-# sixth of them.
-_COVERAGE_STEPS = 120_000_000
 
 
 class NativeTracer:
@@ -57,7 +53,7 @@ class NativeTracer:
             None if counting takes too long: the outlines are too many and too long.
         """
         try:
-            return self._tracer.coverage(window, WorkBudget(_COVERAGE_STEPS))
+            return self._tracer.coverage(window, WorkBudget(COVERAGE_STEPS))
         except BudgetExceededError:
             return None
 

@@ -7,11 +7,9 @@ use std::sync::Arc;
 use rtcli_plain::PlainScene;
 use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
 use rtcli_tracer::memory::{Growing, filled};
+use rtcli_tracer::render::COVERAGE_STEPS;
 use rtcli_tracer::rle::{self, Mask, PixelBox};
 use rtcli_tracer::{Film, Level, Monitor, Pass, Stopped, Tracer, ValueType, Values, WorkBudget, meter};
-
-/// The most steps to find the coverage, as in `rtcli.tracer.native`.
-const COVERAGE_STEPS: u64 = 120_000_000;
 
 /// Returns the developer of an exposure, a tone curve and a depth.
 pub type Developers = fn(f64, ToneCurve, BitDepth) -> Arc<Developer>;

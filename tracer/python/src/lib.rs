@@ -66,6 +66,7 @@ mod _native {
         let lights = LightSource::KINDS.iter().map(|kind| (kind.name, kind.parameters));
         module.add("LIGHT_PARAMETERS", lights.into_py_dict(module.py())?)?;
         module.add("METER_GRID", rtcli_tracer::meter::GRID)?;
+        module.add("COVERAGE_STEPS", rtcli_tracer::render::COVERAGE_STEPS)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }
