@@ -14,7 +14,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from rtcli.scene import model
-from rtcli.scene.colors import CSS_NAMES, linear_from_srgb
+from rtcli.scene.colors import CSS_NAMES, linear_from_srgb, text_of_color
 from rtcli.scene.reading import limits
 from rtcli.scene.schema import scene_schema
 
@@ -63,7 +63,7 @@ def reader_table() -> str:
     parts = [_HEAD, _limits()]
     parts += [writer.mapping(name, definition) for name, definition in mappings.items()]
     parts += [writer.kinds("SHAPES", shapes, mappings["OBJECT"], model.SHAPES), _colors()]
-    parts += [writer.kinds("LIGHTS", lights, mappings["LIGHT"], model.LIGHTS)]
+    parts += [writer.kinds("LIGHTS", lights, mappings["LIGHT"], model.LIGHTS), _written()]
     return "\n".join(parts)
 
 
@@ -273,6 +273,31 @@ def _colors() -> str:
         "/// The CSS names of colors in alphabetical order, and their sRGB.\n"
         f"pub static COLORS: &[(&str, u32)] = &[\n{names}];\n"
     )
+
+
+def _written() -> str:
+    """Return the constant of the keys of objects and their parts as scenes are written."""
+    lines = []
+    for name, kind in {**model.SHAPES, **model.PARTS}.items():
+        keys = ", ".join(f"({_text(key)}, {_text(text)})" for key, text in _defaults(kind))
+        lines.append(f"    ({_text(name)}, &[{keys}]),\n")
+    return (
+        "/// The keys of each kind of object but its name, and of the parts of objects, in the order of the\n"
+        "/// reference; the default of each as it would be written, empty without one.\n"
+        f"pub static WRITTEN: &[(&str, &[(&str, &str)])] = &[\n{''.join(lines)}];\n"
+    )
+
+
+def _defaults(kind: type[BaseModel]) -> Iterator[tuple[str, str]]:
+    """Yield the keys of a kind of object, or of a part, and the texts of their defaults."""
+    for key in model.keys_in_order(kind):
+        field = kind.model_fields[key]
+        has_default = key not in ("type", *model.PARTS) and not field.is_required()
+        default = field.default
+        if has_default and key == "color":
+            default = text_of_color(default) or default
+        if key != "name":
+            yield key, json.dumps(default, separators=(",", ":")) if has_default else ""
 
 
 def _text(text: str) -> str:

@@ -14,9 +14,10 @@ from PIL import Image
 
 from rtcli.atomic import atomic_write
 from rtcli.dataset.plan import Layout
-from rtcli.dataset.sample import SampleError, draw_sample
+from rtcli.dataset.sample import SampleError, SampleRequest, draw_sample
 from rtcli.scene.diagnostics.quoting import counted
 from rtcli.template.template import Template
+from rtcli.tracer.engines import default_threads
 
 _SHEET = "contact-sheet.png"
 _SIDE, _CELLS, _GAP = 160, 5, 4
@@ -87,10 +88,12 @@ def _contact_sheet(pictures: Sequence[Image.Image]) -> bytes:
 def _thumbnail(template: Template, index: int) -> Image.Image | None:
     """Return the picture of a sample, its longer side `_SIDE` pixels; None if there is no such sample."""
     try:
-        sample, _ = draw_sample(template, index)
+        sample, _ = draw_sample(template, index, SampleRequest(wishes=["levels"], threads=default_threads()))
     except SampleError:
         return None
-    picture = Image.fromarray(sample.picture.levels()).convert("RGB")
+    assert sample.made.levels is not None
+    (height, width, channels), levels = sample.made.levels
+    picture = Image.frombytes("RGB" if channels == 3 else "RGBA", (width, height), levels).convert("RGB")
     scale = _SIDE / max(picture.size)
     size = max(1, round(picture.width * scale)), max(1, round(picture.height * scale))
     return picture.resize(size, Image.Resampling.NEAREST if scale > 1 else Image.Resampling.LANCZOS)

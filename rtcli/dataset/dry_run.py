@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from rtcli.dataset.labels import labels_of
-from rtcli.dataset.sample import DatasetSample, Rejections, SampleError, draw_sample
+from rtcli.dataset.sample import DatasetSample, Rejections, SampleError, SampleRequest, draw_sample
 from rtcli.scene.reading.source import Loc
 from rtcli.scene.write import as_data
 from rtcli.template.draws import path_of
@@ -88,11 +87,10 @@ def try_out(
         Called with the samples drawn, and of all.
     """
     trial, stop = Trial(), min(stop, start + SAMPLES)
-    began = time.perf_counter()
-    spent_rendering, rendered = 0.0, 0
+    rendered, spent = 0, 0.0
     for index in range(start, stop):
         try:
-            sample, rejections = draw_sample(template, index, passes, threads=1)
+            sample, rejections = draw_sample(template, index)
         except SampleError as error:
             trial.failures.append((index, str(error)))
             trial.rejections.update(error.rejections)
@@ -103,11 +101,8 @@ def try_out(
         trial.see(sample)
         if rendered < RENDERED:
             before = time.perf_counter()
-            labels_of(sample, "", with_objects=True)
-            sample.picture.png()
-            spent_rendering, rendered = spent_rendering + time.perf_counter() - before, rendered + 1
-    drawing = time.perf_counter() - began - spent_rendering
-    if trial.samples:
-        trial.rate = 1 / (drawing / trial.samples + spent_rendering / rendered)
+            draw_sample(template, index, SampleRequest(passes, ["parts"]), ("", True))
+            rendered, spent = rendered + 1, spent + time.perf_counter() - before
+    trial.rate = rendered / spent if rendered else 0.0
     trial.ranges = {path: ends for path, ends in trial.ranges.items() if ends[0] != ends[1]}
     return trial

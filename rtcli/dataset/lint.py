@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 
-from rtcli.dataset.sample import SampleError, draw_sample
+from rtcli.dataset.sample import SampleError, SampleRequest, draw_sample
 from rtcli.lint.check import CheckResult, warnings_of
 from rtcli.lint.ignores import Ignores, ignores_of
 from rtcli.lint.scene import LintWarning
+from rtcli.rendering.pack import pack_scene
 from rtcli.scene.diagnostics.rules import Rule
 from rtcli.scene.reading.parse import parse_bytes
 from rtcli.scene.reading.source import HEAD, Loc
 from rtcli.template.template import Template
+from rtcli.tracer.engines import default_threads
 
 # The samples to look at, spread over all indices.
 SAMPLES = 5
@@ -57,12 +59,12 @@ def _warnings(
 ) -> Iterator[LintWarning] | None:
     """Return the warnings about a sample, at their places in the template; None if a few tries do not find it."""
     try:
-        sample, _ = draw_sample(template, index, most_tries=MOST_TRIES)
+        sample, _ = draw_sample(template, index, SampleRequest(threads=default_threads(), tries=MOST_TRIES))
     except SampleError:
         return None
 
     def in_template(loc: Loc) -> Loc:
         return (*sample.groups[int(loc[1])].loc, *loc[2:]) if loc[:1] == ("objects",) and len(loc) > 1 else loc
 
-    found = warnings_of(sample.picture.job.scene, ignores, left_out)
+    found = warnings_of(pack_scene(sample.scene), ignores, left_out)
     return (warning._replace(loc=in_template(warning.loc)) for warning in found)

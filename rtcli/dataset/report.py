@@ -56,7 +56,7 @@ def _values(template: Template, labels: Mapping[str, Any]) -> Iterator[tuple[str
     factors = labels["factors"]
     for name, value in factors.items():
         yield "factors", name, tuple(value) if isinstance(value, list) else value
-    sections = template.sampler.sections(template.draw_of(labels["index"], labels["attempt"], factors))
+    sections = template.sampler.sections((labels["index"], labels["attempt"], template.references(factors)))
     for loc, number in numbers({key: json.loads(value) for key, value in sections.items()}, ()):
         yield "drawn", path_of(loc), number
     groups = Counter(row["group"] for row in labels["objects"])

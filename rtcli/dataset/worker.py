@@ -1,18 +1,16 @@
-"""Make a piece of a shard: draw its samples, render them, and write their files and labels."""
+"""Make a piece of a shard: have its samples made, and write their files and labels."""
 
 from __future__ import annotations
 
 import functools
-import json
 import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
 from rtcli.dataset.formats import FORMATS
 from rtcli.dataset.forms.form import Piece
-from rtcli.dataset.labels import labels_of
 from rtcli.dataset.plan import Layout, OutputSettings
-from rtcli.dataset.sample import Rejections, SampleError, draw_sample
+from rtcli.dataset.sample import Rejections, SampleError, SampleRequest, draw_sample
 from rtcli.template.template import Template, parse_template
 
 
@@ -78,24 +76,23 @@ def make_piece(task: Task) -> PieceResult:
 
 def _make_piece(task: Task, layout: Layout) -> PieceResult:
     template, piece = _template(task.raw, task.template), task.piece
-    passes = task.settings.passes
     forms = [FORMATS[name](piece, layout, template) for name in task.settings.formats]
-    with_objects = any(form.has_objects for form in forms)
+    request = SampleRequest(task.settings.passes, [form.wish for form in forms if form.wish is not None])
+    labels = piece.shard.split, any(form.has_objects for form in forms)
     failures: list[tuple[int, str]] = []
     total = Rejections()
     with piece.path(layout, ".jsonl").open("wb") as lines:
         for index in range(piece.start, piece.stop):
             try:
-                sample, rejections = draw_sample(template, index, passes, threads=1)
+                sample, rejections = draw_sample(template, index, request, labels)
             except SampleError as error:
                 failures.append((index, str(error)))
                 total.update(error.rejections)
                 continue
             total.update(rejections)
-            labels = labels_of(sample, piece.shard.split, with_objects)
-            lines.write(json.dumps(labels, separators=(",", ":")).encode() + b"\n")
+            lines.writelines((sample.made.labels or b"", b"\n"))
             for form in forms:
-                form.add(sample.picture, labels, passes)
+                form.add(sample)
     for form in forms:
         form.close()
     return PieceResult(piece.stop - piece.start - len(failures), failures, total)

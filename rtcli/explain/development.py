@@ -12,7 +12,7 @@ import numpy.typing as npt
 from rtcli.curves import TONE_CURVES, exposure_factor, srgb
 from rtcli.explain.records import Development, Group, Mean, Number, ObjectName, Sample, Step, Triple
 from rtcli.explain.words import number, triple
-from rtcli.image.develop import develop, straight
+from rtcli.image.develop import develop
 from rtcli.image.display import DisplayTransform
 from rtcli.scene.model import Scene
 from rtcli.tracer._native import METER_GRID
@@ -95,7 +95,11 @@ class Developed:
         """Return the radiance to develop: of the samples that hit something if the picture has alpha."""
         if self.alpha is None:
             return self.radiance
-        return triple(straight(np.array([[self.radiance]], np.float32), np.full((1, 1), self.alpha))[0, 0])
+        if not self.alpha:
+            return 0.0, 0.0, 0.0
+        with np.errstate(over="ignore"):
+            color = np.array(self.radiance, np.float32) / np.float32(self.alpha)
+        return triple(np.minimum(color, np.finfo(np.float32).max))
 
     def _exposure(self, exposed: Triple) -> Step:
         factor = exposure_factor(self.exposure)

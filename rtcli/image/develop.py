@@ -51,23 +51,9 @@ def develop(
         With 8 or 16 bits.
     """
     dtype, developed = (np.uint8, np.uint8) if transform.bits == 8 else (np.uint16, np.dtype(">u2"))
-    if alpha is not None:
-        radiance = straight(radiance, alpha)
     pixels = np.empty((*radiance.shape[:2], 3 if alpha is None else 4), dtype=dtype)
-    colors = pixels[..., :3]
     for rows, band in bands(radiance):
-        colors[rows] = np.frombuffer(_native.develop(band, transform), dtype=developed).reshape(colors[rows].shape)
-    if alpha is not None:
-        pixels[..., 3] = np.floor(np.iinfo(dtype).max * alpha.astype(np.float64) + 0.5)
+        share = None if alpha is None else alpha[rows].astype(np.float32, copy=False).tobytes()
+        levels = np.frombuffer(_native.develop(band, transform, share), dtype=developed)
+        pixels[rows] = levels.reshape(pixels[rows].shape)
     return pixels
-
-
-def straight(radiance: npt.NDArray[np.floating], alpha: npt.NDArray[np.float32]) -> npt.NDArray[np.floating]:
-    """Return radiance (H, W, 3) divided by alpha (H, W), finite; 0 where alpha is."""
-    covered = alpha[..., np.newaxis] > 0
-    with np.errstate(over="ignore"):
-        color: npt.NDArray[np.floating] = np.divide(
-            radiance, alpha[..., np.newaxis], out=np.zeros_like(radiance), where=covered
-        )
-    np.minimum(color, np.finfo(np.float32).max, out=color)
-    return color

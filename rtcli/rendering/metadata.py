@@ -11,14 +11,13 @@ import struct
 import sys
 from array import array
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import Any
 
 from rtcli.rendering.pack import PackedScene
-from rtcli.scene.vectors import moved, negative
+from rtcli.tracer import _native
 from rtcli.tracer._native import SHAPE_PARAMETERS, __version__, by_threes
-from rtcli.tracer.world import CameraFrame, Column, Settings, Vector, Window
-
-Matrix: TypeAlias = list[list[float]]
+from rtcli.tracer.native import camera_numbers
+from rtcli.tracer.world import CameraFrame, Column, Settings, Window
 
 SOFTWARE = f"rtcli {__version__}"
 
@@ -115,32 +114,8 @@ def camera_matrices(frame: CameraFrame, window: Window) -> dict[str, Any]:
         `resolution` of the window, `projection`, `intrinsics` (K) or `height`, and `opencv` and `opengl`, each
         with `world_to_camera` and `camera_to_world`.
     """
-    (focal_x, focal_y), (principal_x, principal_y) = frame.focal_lengths, frame.principal_point
-    position, lens = frame.position, dict[str, Any]()
-    if frame.is_orthographic:
-        x = (window.x + window.width / 2 - principal_x) / focal_x
-        y = (principal_y - window.y - window.height / 2) / focal_y
-        position = moved(moved(position, frame.right, x), frame.up, y)
-        lens["height"] = window.height / focal_y
-    else:
-        center_x, center_y = principal_x - 0.5 - window.x, principal_y - 0.5 - window.y
-        lens["intrinsics"] = [[focal_x, 0.0, center_x], [0.0, focal_y, center_y], [0.0, 0.0, 1.0]]
-    down, backward = negative(frame.up), negative(frame.forward)
-    return {
-        "resolution": [window.width, window.height],
-        "projection": frame.projection,
-        **lens,
-        "opencv": _extrinsics((frame.right, down, frame.forward), position),
-        "opengl": _extrinsics((frame.right, frame.up, backward), position),
-    }
-
-
-def _extrinsics(axes: tuple[Vector, Vector, Vector], eye: Vector) -> dict[str, Matrix]:
-    """Return x' = A (x - eye), the axes as rows of A, and x = A^T x' + eye."""
-    last = [0.0, 0.0, 0.0, 1.0]
-    to_camera = [[*axis, -sum(a * e for a, e in zip(axis, eye, strict=True)) + 0.0] for axis in axes]
-    to_world = [[axes[0][row], axes[1][row], axes[2][row], eye[row]] for row in range(3)]
-    return {"world_to_camera": [*to_camera, last], "camera_to_world": [*to_world, last]}
+    matrices: dict[str, Any] = json.loads(_native.camera_matrices(camera_numbers(frame), window))
+    return matrices
 
 
 # --- The objects -----------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Templates as native code takes them, which draws their samples (`tracer/sampler`)."""
+"""Templates as native code takes them, which makes their samples (`tracer/dataset`)."""
 
 from __future__ import annotations
 
@@ -39,4 +39,9 @@ def compiled(
 
     order = sorted(range(len(groups)), key=rank)
     compiled_sections = {key: value.compiled(references) for key, value in sections.items()}
-    return Sampler(compiled_sections, compiled_groups, order), references
+    by_picture = [
+        (each.kind, float(getattr(each, each.kind)), names.index(each.target))
+        for each in dataset.require
+        if not isinstance(each, ObjectRequirement)
+    ]
+    return Sampler(compiled_sections, compiled_groups, order, by_picture, dataset.tries), references

@@ -1,7 +1,7 @@
 """The `dataset` block of a template as pydantic models: every key, its meaning, default and bounds.
 
 To add a constraint, add its model and an entry to `REQUIREMENTS`, and its check: of pictures to
-`rtcli.dataset.constraints`, of objects to `tracer/sampler/src/constraints.rs`.
+`tracer/dataset/src/constraints.rs`, of objects to `tracer/sampler/src/constraints.rs`.
 """
 
 from __future__ import annotations

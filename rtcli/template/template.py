@@ -103,19 +103,9 @@ class Template:
         """The template as native code draws its samples."""
         return self._compiled[0]
 
-    def draw_of(self, index: int, attempt: int, factors: Mapping[str, Any]) -> tuple[int, int, list[str]]:
-        """Return what the draws of a sample depend on, as `sampler` takes it.
-
-        Parameters
-        ----------
-        index
-            The index of the sample.
-        attempt
-            How often it was drawn before.
-        factors
-            The values of the factors at that index.
-        """
-        return index, attempt, [in_json(each.of(factors[each.factor])) for each in self._compiled[1]]
+    def references(self, factors: Mapping[str, Any]) -> list[str]:
+        """Return the values of the draws `factor` in JSON, as `sampler` takes them, from those of the factors."""
+        return [in_json(each.of(factors[each.factor])) for each in self._compiled[1]]
 
 
 def is_template(document: Document) -> bool:

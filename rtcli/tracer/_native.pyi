@@ -6,12 +6,12 @@ native byte order; arguments of a wrong length or range raise ValueError.
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias, final
+from typing import Any, Protocol, TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
 
-from rtcli.tracer.world import CameraFrame, Vector, Window
+from rtcli.tracer.world import Vector, Window
 
 # Stops, tone curve (a name of `rtcli.curves.TONE_CURVES`), bits a channel (8 or 16).
 _DisplayTransform: TypeAlias = tuple[float, str, int]
@@ -31,6 +31,9 @@ LIGHT_PARAMETERS: dict[str, int]
 METER_GRID: int
 # The native engine traces pixels together in squares of this side, which start at multiples of it.
 TILE_SIDE: int
+
+# The most steps to find the coverage of objects.
+COVERAGE_STEPS: int
 
 class BudgetExceededError(RuntimeError):
     """There was more to do than a `WorkBudget` allows."""
@@ -133,13 +136,6 @@ class Tracer:
             If it is more work than the budget allows.
         """
 
-    def amodal_masks(self, window: Window, objects: Sequence[int], /) -> list[tuple[str, list[int] | None]]:
-        """Return the pixels that each of some objects, by index, would cover if it were alone.
-
-        Of each, the compressed run-length encoding of COCO, column by column, and the box around the pixels: left,
-        top, width, height; None if there are none.
-        """
-
     def exposure(self, grid: int, budget: WorkBudget | None = None, /) -> tuple[float, float | None, int]:
         """Meter the whole picture at `grid` x `grid` points: return what `meter` does, and the number of rays.
 
@@ -227,8 +223,7 @@ def write_picture(
     -------
     fingerprint, sha256, bytes, size, seconds
         The fingerprint of the scene, the hash of the file in hexadecimal digits, its size, the width and height of
-        the picture, and the seconds of each stage. None if the scene is not plainly valid, or its picture has
-        alpha.
+        the picture, and the seconds of each stage. None if the scene is not plainly valid.
 
     Raises
     ------
@@ -256,8 +251,11 @@ def emitter_places(count: int, /) -> list[Vector]:
 def sample_offsets(count: int, /) -> list[tuple[float, float]]:
     """Return the offsets of a pixel's samples; see `rtcli.tracer.sampling`."""
 
-def develop(radiance: bytes, transform: _DisplayTransform, /) -> bytearray:
-    """Return radiance, interleaved float32 RGB, as sRGB: 8 bits a channel, or 16 with the high byte first."""
+def develop(radiance: bytes, transform: _DisplayTransform, alpha: bytes | None = None, /) -> bytearray:
+    """Return radiance, interleaved float32 RGB, as sRGB: 8 bits a channel, or 16 with the high byte first.
+
+    With alpha, float32, radiance is multiplied by it; the fourth channel is alpha, and the others are no products.
+    """
 
 def encode_png(pixels: bytes, size: tuple[int, int], channels: int, bits: int, texts: _Texts, /) -> bytes:
     """Return a PNG of levels: 1 or 3 channels that are no colors, or sRGB with alpha in 4.
@@ -279,16 +277,7 @@ def decode_png(file: bytes, /) -> tuple[int, int, int, int, bytes]:
 def id_boxes(ids: npt.NDArray[np.uint32], count: int, /) -> list[tuple[int, list[int] | None]]:
     """Return the number of pixels of each id from 1 to `count`, and the box around them: left, top, width, height.
 
-    The ids are as those of `rle_masks`; the box is None if there are no pixels.
-    """
-
-def deflate(data: bytes, /) -> bytes:
-    """Return bytes compressed to a stream of zlib, the same on every machine."""
-
-def rle_masks(ids: npt.NDArray[np.uint32], count: int, /) -> list[str]:
-    """Return the mask of each id from 1 to `count` as compressed run-length encoding of COCO, column by column.
-
-    The ids are an array (H, W) whose rows follow each other.
+    The ids are an array (H, W) whose rows follow each other; the box is None if there are no pixels.
 
     Raises
     ------
@@ -297,6 +286,21 @@ def rle_masks(ids: npt.NDArray[np.uint32], count: int, /) -> list[str]:
     ValueError
         If they have no pixels.
     """
+
+def pass_picture(name: str, values: bytes, scale: float | None, /) -> tuple[bytes, int, str]:
+    """Return a pass of float32 as levels, their bits, and how to get its values, in JSON.
+
+    Levels of 16 bits are in native byte order. `scale` is the length of one level of a depth or distance; None to
+    fit it to the values. See `rtcli.image.pass_picture`.
+
+    Raises
+    ------
+    ValueError
+        If there is no such pass, or it has no levels, as that of ids.
+    """
+
+def camera_matrices(camera: tuple[Any, ...], window: Window, /) -> str:
+    """Return `rtcli.rendering.metadata.camera_matrices` in JSON."""
 
 def meter(radiance: bytes, /) -> tuple[float, float | None]:
     """Return the stops that expose a picture well, and the 95th percentile of luminance they were found from.
@@ -332,35 +336,75 @@ class Drawn:
         """Return the value in JSON that a random word stands for, in the sample of an index."""
 
 @final
-class Placement:
-    """The scene of a sample, and how its objects were found.
+class Sample:
+    """A sample of a template with what was wanted of it, and how it was found.
 
     Attributes
     ----------
-    counts
-        The number of objects of each group.
+    attempt
+        The attempt of its draws, beside those of objects.
+    groups
+        For each object the number of its group.
     text
-        The scene in JSON, its objects in the order of the file; None if one could not be placed.
-    scene
-        The scene as `read_scene` returns it; None if it is not plainly valid.
-    invalid
-        The object in JSON that ended the placement because it is not valid, or None.
+        The scene in JSON; None if no try meets all constraints.
+    labels
+        Its labels as a line of JSON, without the end of the line; None if they are not wanted.
+    files
+        Of the wish `files`: the end of the name and the bytes of each file. Passes of floats are levels of PNGs.
+    tar
+        Of the wish `tar`: the members of a tar file.
+    parts
+        Of the wish `parts`: for the picture, `image`, and for each pass its name, the end of the name of its file,
+        and the bytes. Passes of floats are in NumPy's format.
+    arrays
+        Of the wish `arrays`: for the picture, `images`, and for each pass its name, its shape, the type of its
+        values, and these compressed to a stream of zlib, the same on every machine.
+    levels
+        Of the wish `levels`: the shape of the picture, (H, W, 3) or, with alpha, (H, W, 4), and its 8-bit sRGB.
     draws
-        The number of objects that a constraint decided on.
+        The number of objects and scenes that a constraint decided on.
     checks
         How often each constraint was asked.
     refusals
         For each constraint that refused objects, in the order of the first refusals: its name, how often, how
-        often that was the last try of an object, and the objects that last did not meet it.
+        often that was the end of a try, and the objects that last did not meet it.
     """
 
-    counts: list[int]
+    attempt: int
+    groups: list[int]
     text: str | None
-    scene: Columns | None
-    invalid: str | None
+    labels: bytes | None
+    files: list[tuple[str, bytes]]
+    tar: bytes
+    parts: list[tuple[str, str, bytes]]
+    arrays: list[tuple[str, tuple[int, ...], str, bytes]]
+    levels: tuple[tuple[int, int, int], bytes] | None
     draws: int
     checks: list[tuple[str, int]]
     refusals: list[tuple[str, int, int, str]]
+
+class _SampleRequest(Protocol):
+    """Described by `rtcli.dataset.sample.SampleRequest`."""
+
+    @property
+    def passes(self) -> Sequence[str]: ...
+    @property
+    def wishes(self) -> Sequence[str]: ...
+    @property
+    def threads(self) -> int: ...
+    @property
+    def tries(self) -> int | None: ...
+
+class Models(Protocol):
+    """What is asked about values in JSON that are not plainly valid; described by `rtcli.dataset.models`."""
+
+    # Attributes, as a module has them.
+    @property
+    def camera_of(self) -> Callable[[str], tuple[Any, ...] | str]: ...
+    @property
+    def shape_of(self) -> Callable[[str], tuple[str, Vector, tuple[float, ...]] | str]: ...
+    @property
+    def scene_of(self) -> Callable[[str], tuple[tuple[Any, ...], tuple[Any, ...]] | str]: ...
 
 @final
 class Sampler:
@@ -376,6 +420,10 @@ class Sampler:
         and the kinds and margins of the constraints on its objects.
     order
         The numbers of the groups in the order in which their objects are placed.
+    requirements
+        What pictures must meet: the kind of each constraint, its bound, and the number of its group.
+    tries
+        The most tries of an object, and of a sample.
     """
 
     def __new__(
@@ -392,32 +440,34 @@ class Sampler:
             ]
         ],
         order: list[int],
+        requirements: list[tuple[str, float, int]],
+        tries: int,
         /,
     ) -> Sampler: ...
     def sections(self, draw: _Draw, /) -> dict[str, str]:
         """Return the sections of a sample in JSON."""
 
-    def draw(
+    def sample(
         self,
-        draw: _Draw,
-        tries: int,
-        frame_of: Callable[[str], CameraFrame],
-        shape_of: Callable[[str], tuple[str, Vector, Sequence[float]] | None],
+        draw: tuple[int, list[str]],
+        request: _SampleRequest,
+        labels: tuple[str, str, bool] | None,
+        models: Models,
         /,
-    ) -> Placement:
-        """Draw a sample, its objects one by one, each again until it meets its constraints.
+    ) -> Sample:
+        """Make a sample, drawn again until it meets all constraints, without the lock of the interpreter.
 
         Parameters
         ----------
         draw
-            What the draws depend on; an object has further attempts.
-        tries
-            The most attempts of an object.
-        frame_of
-            Returns the frame of a camera in JSON that is not plainly valid.
-        shape_of
-            Returns the type, the position and the parameters of an object in JSON that is not plainly valid; None
-            if it is not valid at all.
+            The index, and the values of draws `factor`, in JSON, by their numbers.
+        request
+            What is wanted beside its scene.
+        labels
+            If labels are wanted: the name of the split, the values of all factors in JSON, and whether objects
+            have labels.
+        models
+            Answers questions about what is not plainly valid.
         """
 
 @final

@@ -2,52 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
-from rtcli.tracer._native import METER_GRID, BudgetExceededError, Tracer, WorkBudget
+from rtcli.tracer._native import COVERAGE_STEPS, METER_GRID, BudgetExceededError, Tracer, WorkBudget
 from rtcli.tracer.passes import RADIANCE, new_arrays
-from rtcli.tracer.world import Checkers, Lights, MeterReading, Progress, Shapes, Window, World
+from rtcli.tracer.world import CameraFrame, Checkers, Lights, MeterReading, Progress, Shapes, Window, World
 
 if TYPE_CHECKING:
     from rtcli.tracer.passes import Arrays
-
-# The most steps to find the coverage, about a second on two cores; 100,000 spheres apart from each other take a
-# sixth of them.
-_COVERAGE_STEPS = 120_000_000
 
 
 class NativeTracer:
     """A world prepared for the compiled tracer, and the number of threads to trace it with."""
 
     def __init__(self, world: World, threads: int) -> None:
-        camera, settings = world.camera, world.settings
-        self._tracer = Tracer(
-            (
-                camera.width,
-                camera.height,
-                camera.projection,
-                camera.half_height,
-                camera.pixel_aspect,
-                camera.center,
-                camera.position,
-                camera.right,
-                camera.up,
-                camera.forward,
-            ),
-            _columns(world.shapes),
-            _columns(world.checkers),
-            _columns(world.lights),
-            (
-                settings.samples,
-                settings.background,
-                settings.ambient,
-                settings.max_depth > 0,
-                settings.shadow_samples,
-                settings.eye_falloff,
-            ),
-            threads,
-        )
+        self._tracer = Tracer(*world_parts(world), threads)
 
     def film(
         self, window: Window, passes: tuple[str, ...] = (), progress: Progress | None = None
@@ -83,16 +53,9 @@ class NativeTracer:
             None if counting takes too long: the outlines are too many and too long.
         """
         try:
-            return self._tracer.coverage(window, WorkBudget(_COVERAGE_STEPS))
+            return self._tracer.coverage(window, WorkBudget(COVERAGE_STEPS))
         except BudgetExceededError:
             return None
-
-    def amodal_masks(self, window: Window, objects: Sequence[int]) -> list[tuple[str, list[int] | None]]:
-        """Return the mask of each of some objects, by index, and the box around it, as if it were alone.
-
-        The masks are as those of `rtcli.tracer._native.rle_masks`; boxes are left, top, width, height.
-        """
-        return self._tracer.amodal_masks(window, objects)
 
     def exposure(self, grid: int = METER_GRID, budget: WorkBudget | None = None) -> MeterReading:
         """Meter the whole picture; a smaller grid gives a rough result.
@@ -118,6 +81,41 @@ class NativeTracer:
         """
         rays, trace, develop, encode = self._tracer.picture(window, transform, texts, write, progress)
         return rays, {"trace": trace, "develop": develop, "write": encode}
+
+
+def world_parts(world: World) -> tuple[Any, Any, Any, Any, Any]:
+    """Return a world as the compiled module takes it: camera, objects, checkers, lights and settings."""
+    settings = world.settings
+    return (
+        camera_numbers(world.camera),
+        _columns(world.shapes),
+        _columns(world.checkers),
+        _columns(world.lights),
+        (
+            settings.samples,
+            settings.background,
+            settings.ambient,
+            settings.max_depth > 0,
+            settings.shadow_samples,
+            settings.eye_falloff,
+        ),
+    )
+
+
+def camera_numbers(camera: CameraFrame) -> tuple[Any, ...]:
+    """Return a camera as the compiled module takes it."""
+    return (
+        camera.width,
+        camera.height,
+        camera.projection,
+        camera.half_height,
+        camera.pixel_aspect,
+        camera.center,
+        camera.position,
+        camera.right,
+        camera.up,
+        camera.forward,
+    )
 
 
 def _columns(rows: Shapes | Checkers | Lights) -> tuple[bytes, ...]:

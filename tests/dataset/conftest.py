@@ -1,6 +1,7 @@
 """A small template, and its samples."""
 
 import pytest
+from made import made
 from template_texts import TEXT
 
 from rtcli.dataset.sample import draw_sample
@@ -21,14 +22,14 @@ def template():
 @pytest.fixture(scope="session")
 def samples(template):
     """Its first samples."""
-    return [draw_sample(template, index, threads=1)[0] for index in range(12)]
+    return [made(template, index, ("depth", "object_id")) for index in range(12)]
 
 
 @pytest.fixture
 def sample_with():
     """Return a function that draws the sample of an index of a template's text."""
 
-    def draw(text, index=0):
-        return draw_sample(parsed(text), index)
+    def draw(text, index=0, labels=("train", True)):
+        return draw_sample(parsed(text), index, labels=labels)
 
     return draw

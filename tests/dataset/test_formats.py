@@ -4,23 +4,21 @@ import json
 import math
 import tarfile
 import zlib
+from dataclasses import replace
 
 import h5py
 import numpy as np
 import pyarrow.parquet
 import pytest
+from made import levels_of, made, passes_of
 from PIL import Image
 from template_texts import TEXT
 
 from rtcli.dataset.formats import FORMATS
 from rtcli.dataset.forms.form import FormError, Piece
-from rtcli.dataset.labels import labels_of
-from rtcli.dataset.picture import SamplePicture
 from rtcli.dataset.plan import Layout, Shard
 from rtcli.image.read import read_layers
-from rtcli.rendering.pack import pack_scene
 from rtcli.template.template import parse_template
-from rtcli.tracer._native import deflate
 
 SHARD = Shard("train", 0, 0, 4)
 PASSES = ("depth", "object_id")
@@ -28,10 +26,14 @@ PASSES = ("depth", "object_id")
 
 @pytest.fixture(scope="module")
 def pictures(samples):
-    """Pictures of some samples, with their labels."""
-    return [
-        (SamplePicture(pack_scene(sample.scene), PASSES), labels_of(sample, "train")) for sample in samples[:4]
-    ]
+    """Some samples, with their labels."""
+    return [(sample, sample.labels) for sample in samples[:4]]
+
+
+@pytest.fixture(scope="module")
+def bare(template):
+    """The first samples without passes."""
+    return [made(template, index) for index in range(4)]
 
 
 @pytest.fixture
@@ -46,8 +48,8 @@ def written(pictures, tmp_path, template):
         pieces = [Piece(SHARD, 0, 2), Piece(SHARD, 2, 4)]
         for piece in reversed(pieces):
             form = FORMATS[name](piece, layout, template)
-            for picture, labels in pictures[piece.start : piece.stop]:
-                form.add(picture, labels, PASSES)
+            for sample, _ in pictures[piece.start : piece.stop]:
+                form.add(sample)
             form.close()
         FORMATS[name].finish_shard(layout, SHARD, pieces)
         FORMATS[name].finish_set(layout, "train", (labels for _, labels in pictures))
@@ -65,7 +67,7 @@ def test_files_stand_in_a_folder_for_each_split(written, pictures):
         "00000000.png",
     ]
     for index, (picture, labels) in enumerate(pictures):
-        assert (np.asarray(Image.open(folder / f"{index:08}.png")) == picture.levels()).all()
+        assert (np.asarray(Image.open(folder / f"{index:08}.png")) == levels_of(picture)).all()
         told = json.loads((folder / f"{index:08}.json").read_text())
         assert told.pop("passes").keys() == set(PASSES)
         assert told == labels
@@ -74,14 +76,14 @@ def test_files_stand_in_a_folder_for_each_split(written, pictures):
 def test_depth_can_be_read_back(written, pictures):
     folder = written("files") / "train"
     depth = read_layers(folder / "00000001.depth.png").arrays["depth"]
-    assert depth == pytest.approx(pictures[1][0].passes["depth"], rel=1e-3)
+    assert depth == pytest.approx(passes_of(pictures[1][0])["depth"], rel=1e-3)
 
 
 def test_ids_of_files_are_levels(written, pictures):
     folder = written("files") / "train"
     for index, (picture, labels) in enumerate(pictures):
         ids = np.asarray(Image.open(folder / f"{index:08}.object_id.png"))
-        assert (ids == picture.passes["object_id"]).all()
+        assert (ids == passes_of(picture)["object_id"]).all()
         for row in labels["objects"]:
             assert (ids == row["id"]).sum() == row["visible_pixels"]
         told = json.loads((folder / f"{index:08}.json").read_text())["passes"]
@@ -95,8 +97,8 @@ def test_metadata_names_each_file_and_its_factors(written, pictures):
     ]
 
 
-def test_metadata_has_json_text_for_a_factor_of_mixed_kinds(pictures, tmp_path):
-    factors_written("files", tmp_path, pictures)
+def test_metadata_has_json_text_for_a_factor_of_mixed_kinds(bare, tmp_path):
+    factors_written("files", tmp_path, bare)
     [line] = (tmp_path / "train" / "metadata.jsonl").read_text().splitlines()
     told = {"hue": 0.5, "paint": "[0, 0, 1]", "tint": [0.25, 0.5, 1], "words": "two"}
     assert json.loads(line) == {"file_name": "00000000.png", **told}
@@ -111,11 +113,11 @@ def test_tar_has_the_files_of_each_sample_in_a_row_without_dates(written, pictur
     assert {(member.mtime, member.uid, member.uname, member.mode) for member in members} == {(0, 0, "", 0o644)}
     picture, labels = pictures[2]
     assert json.loads(files["00000002.json"]) == labels
-    assert (np.load(io.BytesIO(files["00000002.depth.npy"])) == picture.passes["depth"]).all()
+    assert (np.load(io.BytesIO(files["00000002.depth.npy"])) == passes_of(picture)["depth"]).all()
     assert (
-        np.asarray(Image.open(io.BytesIO(files["00000002.object_id.png"]))) == picture.passes["object_id"]
+        np.asarray(Image.open(io.BytesIO(files["00000002.object_id.png"]))) == passes_of(picture)["object_id"]
     ).all()
-    assert (np.asarray(Image.open(io.BytesIO(files["00000002.png"]))) == picture.levels()).all()
+    assert (np.asarray(Image.open(io.BytesIO(files["00000002.png"]))) == levels_of(picture)).all()
 
 
 def test_coco_has_ids_from_1_and_an_annotation_for_each_visible_object(written, pictures):
@@ -139,39 +141,39 @@ def test_hdf5_has_all_pictures_passes_and_factors_in_arrays(written, pictures):
         assert file["images"].shape == (4, 32, 48, 3)
         assert file["images"].chunks == (1, 32, 48, 3)
         for number, (picture, labels) in enumerate(pictures):
-            assert (file["images"][number] == picture.levels()).all()
-            assert (file["depth"][number] == picture.passes["depth"]).all()
-            assert (file["object_id"][number] == picture.passes["object_id"]).all()
+            assert (file["images"][number] == levels_of(picture)).all()
+            assert (file["depth"][number] == passes_of(picture)["depth"]).all()
+            assert (file["object_id"][number] == passes_of(picture)["object_id"]).all()
             assert file["labels"][number].tolist() == [labels["factors"]["hue"]]
             assert file["index"][number] == labels["index"]
         assert (file["images"].dtype, file["labels"].dtype) == (np.uint8, np.float64)
         assert file["labels"].attrs["names"].tolist() == ["hue"]
 
 
-def test_hdf5_has_the_samples_of_all_shards_in_order(pictures, tmp_path, template):
+def test_hdf5_has_the_samples_of_all_shards_in_order(bare, tmp_path, template):
     layout = Layout(tmp_path)
     layout.parts.mkdir(parents=True)
     for number in (1, 0):
         shard = Shard("train", number, 2 * number, 2 * number + 2, 2)
         form = FORMATS["hdf5"](Piece(shard, shard.start, shard.stop), layout, template)
-        for picture, labels in pictures[shard.start : shard.stop]:
-            form.add(picture, labels, ())
+        for sample in bare[shard.start : shard.stop]:
+            form.add(sample)
         form.close()
         FORMATS["hdf5"].finish_shard(layout, shard, [Piece(shard, shard.start, shard.stop)])
     FORMATS["hdf5"].finish_set(layout, "train", ())
     with h5py.File(tmp_path / "train.h5") as file:
         assert file["index"][:].tolist() == [0, 1, 2, 3]
-        assert (file["images"][3] == pictures[3][0].levels()).all()
+        assert (file["images"][3] == levels_of(bare[3])).all()
 
 
-def test_hdf5_joins_shards_without_samples(pictures, tmp_path, template):
+def test_hdf5_joins_shards_without_samples(bare, tmp_path, template):
     layout = Layout(tmp_path)
     layout.parts.mkdir(parents=True)
-    for number, own in ((0, []), (1, pictures[:2]), (2, [])):
+    for number, own in ((0, []), (1, bare[:2]), (2, [])):
         shard = Shard("train", number, 2 * number, 2 * number + 2, 3)
         form = FORMATS["hdf5"](Piece(shard, shard.start, shard.stop), layout, template)
-        for picture, labels in own:
-            form.add(picture, labels, ())
+        for sample in own:
+            form.add(sample)
         form.close()
         FORMATS["hdf5"].finish_shard(layout, shard, [Piece(shard, shard.start, shard.stop)])
     FORMATS["hdf5"].finish_set(layout, "train", ())
@@ -180,12 +182,12 @@ def test_hdf5_joins_shards_without_samples(pictures, tmp_path, template):
         assert file["labels"].shape == (2, 1)
 
 
-def test_hdf5_has_no_columns_without_factors(pictures, tmp_path):
+def test_hdf5_has_no_columns_without_factors(bare, tmp_path):
     text = "dataset: {seed: 1, count: 9}\ncamera: {resolution: [48, 32], fov: 40}\n"
     layout, piece = Layout(tmp_path), Piece(SHARD, 0, 1)
     layout.parts.mkdir(parents=True)
     form = FORMATS["hdf5"](piece, layout, parse_template(text.encode(), "t.yaml"))
-    form.add(*pictures[0], ())
+    form.add(bare[0])
     form.close()
     FORMATS["hdf5"].finish_shard(layout, SHARD, [piece])
     with h5py.File(layout.records / "train-000000.h5") as file:
@@ -200,22 +202,21 @@ FACTORS = """factors:
     words: {choice: [one, two]}"""
 
 
-def factors_written(name, tmp_path, pictures):
+def factors_written(name, tmp_path, bare):
     """Write a sample with factors of several kinds in a form."""
     template = parse_template(TEXT.replace("factors: {hue: {linspace: [0, 0.9, 10]}}", FACTORS).encode(), "t.yaml")
     layout, piece = Layout(tmp_path), Piece(SHARD, 0, 1)
     layout.parts.mkdir(parents=True)
     form = FORMATS[name](piece, layout, template)
-    picture, labels = pictures[0]
     values = {"hue": 0.5, "paint": [0, 0, 1], "tint": [0.25, 0.5, 1.0], "words": "two"}
-    form.add(picture, {**labels, "factors": values}, ())
+    form.add(replace(bare[0], factors=values))
     form.close()
     FORMATS[name].finish_shard(layout, SHARD, [piece])
     FORMATS[name].finish_set(layout, "train", ())
 
 
-def test_hdf5_has_a_column_for_each_number_of_a_factor_and_counts_other_values(pictures, tmp_path):
-    factors_written("hdf5", tmp_path, pictures)
+def test_hdf5_has_a_column_for_each_number_of_a_factor_and_counts_other_values(bare, tmp_path):
+    factors_written("hdf5", tmp_path, bare)
     with h5py.File(tmp_path / "train.h5") as file:
         attributes = file["labels"].attrs
         assert attributes["names"].tolist() == ["hue", "paint", "tint[0]", "tint[1]", "tint[2]", "words"]
@@ -234,10 +235,13 @@ def test_hdf5_refuses_pictures_of_several_sizes():
             FORMATS["hdf5"].check(template)
 
 
-def test_arrays_are_compressed_as_zlib_does():
-    data = b"rtcli" * 1000
-    assert zlib.decompress(deflate(data)) == data
-    assert len(deflate(data)) < 100
+def test_arrays_are_compressed_as_zlib_does(pictures):
+    for sample, _ in pictures:
+        (image, shape, dtype, chunk), *_ = sample.made.arrays
+        values = np.frombuffer(zlib.decompress(chunk), dtype).reshape(shape)
+        assert image == "images"
+        assert (values == levels_of(sample)).all()
+        assert len(chunk) < values.nbytes / 2
 
 
 # --- Parquet ------------------------------------------------------------------------------------------------
@@ -251,10 +255,10 @@ def test_parquet_has_a_row_for_each_sample(written, pictures):
     for each, (picture, labels) in zip(rows, pictures, strict=True):
         assert (each["index"], each["hue"]) == (labels["index"], labels["factors"]["hue"])
         assert each["image"]["path"] == f"{labels['index']:08}.png"
-        assert (np.asarray(Image.open(io.BytesIO(each["image"]["bytes"]))) == picture.levels()).all()
-        assert (np.load(io.BytesIO(each["depth"]["bytes"])) == picture.passes["depth"]).all()
+        assert (np.asarray(Image.open(io.BytesIO(each["image"]["bytes"]))) == levels_of(picture)).all()
+        assert (np.load(io.BytesIO(each["depth"]["bytes"])) == passes_of(picture)["depth"]).all()
         assert (
-            np.asarray(Image.open(io.BytesIO(each["object_id"]["bytes"]))) == picture.passes["object_id"]
+            np.asarray(Image.open(io.BytesIO(each["object_id"]["bytes"]))) == passes_of(picture)["object_id"]
         ).all()
         assert {key: each["camera"][key] for key in labels["camera"]} == labels["camera"]
         for found, told in zip(each["objects"], labels["objects"], strict=True):
@@ -262,14 +266,14 @@ def test_parquet_has_a_row_for_each_sample(written, pictures):
             assert {**found, **shape} == told
 
 
-def test_parquet_has_groups_of_at_most_100_rows(pictures, tmp_path, template):
+def test_parquet_has_groups_of_at_most_100_rows(bare, tmp_path, template):
     layout, shard = Layout(tmp_path), Shard("train", 4, 0, 150, 12)
     layout.parts.mkdir(parents=True)
     pieces = [Piece(shard, start, start + 50) for start in (0, 50, 100)]
     for piece in pieces:
         form = FORMATS["parquet"](piece, layout, template)
         for _ in range(50):
-            form.add(*pictures[0], ())
+            form.add(bare[0])
         form.close()
     FORMATS["parquet"].finish_shard(layout, shard, pieces)
     metadata = pyarrow.parquet.read_metadata(tmp_path / "data" / "train-00004-of-00012.parquet")
@@ -283,8 +287,8 @@ def parquet_written(folder, template, rows, size):
     pieces = [Piece(shard, start, min(len(rows), start + size)) for start in range(0, len(rows), size)]
     for piece in pieces:
         form = FORMATS["parquet"](piece, layout, template)
-        for picture, labels in rows[piece.start : piece.stop]:
-            form.add(picture, labels, PASSES)
+        for sample, _ in rows[piece.start : piece.stop]:
+            form.add(sample)
         form.close()
     record = FORMATS["parquet"].finish_shard(layout, shard, pieces)
     path = folder / record["path"]
@@ -315,7 +319,7 @@ def test_parquet_keeps_no_rows_in_memory(pictures, tmp_path, template):
     layout.parts.mkdir(parents=True)
     form = FORMATS["parquet"](piece, layout, template)
     for _ in range(10):
-        form.add(*pictures[0], PASSES)
+        form.add(pictures[0][0])
     written = sum(path.stat().st_size for path in layout.parts.iterdir())
     form.close()
     assert written > 50_000
@@ -328,7 +332,7 @@ def test_parquet_joins_pieces_without_samples(pictures, tmp_path, template):
     for piece in pieces:
         form = FORMATS["parquet"](piece, layout, template)
         if piece.start == 1:
-            form.add(*pictures[1], PASSES)
+            form.add(pictures[1][0])
         form.close()
     FORMATS["parquet"].finish_shard(layout, SHARD, pieces)
     [row] = pyarrow.parquet.read_table(tmp_path / "data" / "train-00000-of-00001.parquet").to_pylist()
@@ -337,8 +341,8 @@ def test_parquet_joins_pieces_without_samples(pictures, tmp_path, template):
     assert len(pyarrow.parquet.read_table(tmp_path / "data" / "train-00000-of-00001.parquet")) == 0
 
 
-def test_parquet_has_lists_of_numbers_and_texts(pictures, tmp_path):
-    factors_written("parquet", tmp_path, pictures)
+def test_parquet_has_lists_of_numbers_and_texts(bare, tmp_path):
+    factors_written("parquet", tmp_path, bare)
     [row] = pyarrow.parquet.read_table(tmp_path / "data" / "train-00000-of-00001.parquet").to_pylist()
     told = {"hue": 0.5, "paint": "[0, 0, 1]", "tint": [0.25, 0.5, 1], "words": "two"}
     assert {name: row[name] for name in told} == told
@@ -381,8 +385,8 @@ def test_clevr_has_the_pixel_of_each_object_and_its_depth(scenes, pictures):
         for each, row in zip(scene["objects"], rows, strict=True):
             if row["visible_fraction"] == 1 and row["type"] == "sphere":
                 column, line, depth = each["pixel_coords"]
-                assert picture.passes["object_id"][line, column] == row["id"]
-                assert picture.passes["depth"][line, column] == pytest.approx(depth - row["radius"], abs=0.1)
+                assert passes_of(picture)["object_id"][line, column] == row["id"]
+                assert passes_of(picture)["depth"][line, column] == pytest.approx(depth - row["radius"], abs=0.1)
                 tried += 1
     assert tried
 

@@ -1,14 +1,12 @@
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
+from made import made, passes_of
+from template_texts import TEXT
 
 import rtcli
-from rtcli.dataset.labels import labels_of
-from rtcli.dataset.picture import SamplePicture
-from rtcli.rendering.pack import pack_scene
-from rtcli.scene.write import as_data, json_text
+from rtcli.scene.write import as_data
 
 # All keys of all kinds, also with values that are their defaults, and in an order of their own.
 VARIED = """\
@@ -53,7 +51,7 @@ def decoded(rle):
 @pytest.fixture(scope="session")
 def labels(samples):
     """The labels of the samples, each with its ids."""
-    return [(labels_of(sample, "train"), sample.picture.passes["object_id"]) for sample in samples]
+    return [(sample.labels, passes_of(sample)["object_id"]) for sample in samples]
 
 
 def test_masks_are_the_ids(labels):
@@ -88,18 +86,14 @@ def test_amodal_mask_is_what_a_picture_of_the_object_alone_shows(labels, samples
             assert (decoded(row["amodal_mask"]) == (alone == 1)).all()
 
 
-def test_object_out_of_view_has_no_amodal_mask(samples):
-    data = samples[0].scene.model_dump(exclude_unset=True)
-    behind = {"type": "sphere", "position": [70, 55, 70], "radius": 1, "color": "red"}
-    scene = rtcli.Scene.model_validate({**data, "objects": [*data["objects"], behind]})
-    groups, picture = [*samples[0].groups, samples[0].groups[-1]], SamplePicture(pack_scene(scene))
-    sample = replace(samples[0], text=json_text(scene), groups=groups, picture=picture)
-    row = labels_of(sample, "train")["objects"][-1]
+def test_object_out_of_view_has_no_amodal_mask(sample_with):
+    behind = "  - {type: sphere, position: [70, 55, 70], radius: 1, color: red}\n"
+    row = sample_with(TEXT + behind)[0].labels["objects"][-1]
     assert (row["amodal_mask"], row["amodal_bbox"], row["bbox"], row["visible_pixels"]) == (None, None, None, 0)
 
 
-def test_objects_have_no_labels_if_no_form_holds_them(samples):
-    assert labels_of(samples[0], "train", with_objects=False)["objects"] == []
+def test_objects_have_no_labels_if_no_form_holds_them(template):
+    assert made(template, has_objects=False).labels["objects"] == []
 
 
 def test_boxes_are_those_of_the_masks(labels):
@@ -124,7 +118,7 @@ def test_objects_have_the_keys_of_a_scene_file(labels, samples):
 def test_labels_of_all_kinds_are_what_their_models_say(sample_with):
     for index in range(20):
         sample, _ = sample_with(VARIED, index)
-        for row, shape in zip(labels_of(sample, "train")["objects"], sample.scene.objects, strict=True):
+        for row, shape in zip(sample.labels["objects"], sample.scene.objects, strict=True):
             expected = {**as_data(shape), "color": list(shape.color)}
             expected.pop("name", None)
             assert json.dumps({key: row[key] for key in row if key in expected}) == json.dumps(expected)
@@ -153,3 +147,21 @@ def test_labels_have_factors_and_camera(labels, samples):
         assert each["factors"] == sample.factors
         assert each["camera"] == rtcli.render(sample.scene).metadata["camera"]
         assert each["index"] == sample.index
+
+
+def test_labels_are_a_line_as_json_dumps_writes_it(samples, sample_with):
+    strange = TEXT.replace("name: things", "name: 'a\"\\ö🙂'").replace(": things", ": 'a\"\\ö🙂'")
+    for sample in (*samples, sample_with(strange)[0]):
+        assert json.dumps(sample.labels, separators=(",", ":")).encode() == sample.made.labels
+    assert sample.labels["objects"][1]["name"] == 'a"\\ö🙂[0]'
+    assert sample.labels["objects"][1]["group"] == 'a"\\ö🙂'
+
+
+def test_camera_by_matrices_is_that_of_the_metadata(sample_with):
+    for keys in (
+        "intrinsics: [[50, 0, 23], [0, 55, 16], [0, 0, 1]]",
+        "fov_x: 50",
+        "projection: orthographic, height: 9",
+    ):
+        sample, _ = sample_with(TEXT.replace("fov: {uniform: [35, 45]}", keys).replace(", margin: 2", ""))
+        assert sample.labels["camera"] == rtcli.render(sample.scene).metadata["camera"]

@@ -4,7 +4,6 @@ import pytest
 from template_texts import TEXT
 
 from rtcli.dataset.card import thumbnails_of
-from rtcli.dataset.labels import labels_of
 from rtcli.dataset.plan import Layout
 from rtcli.dataset.report import _values, write_report
 from rtcli.dataset.sample import draw_sample
@@ -13,10 +12,9 @@ from rtcli.template.template import parse_template
 
 def values(template, index):
     """Return the values of a sample in the report, by section and path."""
-    sample, _ = draw_sample(template, index)
-    labels = json.loads(json.dumps(labels_of(sample, "train")))
+    sample, _ = draw_sample(template, index, labels=("train", True))
     found = {}
-    for section, path, value in _values(template, labels):
+    for section, path, value in _values(template, sample.labels):
         found.setdefault((section, path), []).append(value)
     return sample, found
 
@@ -36,7 +34,7 @@ def test_values_are_those_of_the_scene(template, index):
 
 def test_values_are_those_of_a_scene_that_was_drawn_again(template):
     samples = [values(template, index)[0] for index in range(20)]
-    assert any(sample.attempt for sample in samples)
+    assert any(sample.made.attempt for sample in samples)
 
 
 def test_report_shows_values_that_differ(template, tmp_path):
@@ -44,8 +42,8 @@ def test_report_shows_values_that_differ(template, tmp_path):
     layout.parts.mkdir(parents=True)
     with layout.labels("train-000000").open("w") as file:
         for index in range(3):
-            sample, _ = draw_sample(template, index)
-            file.write(json.dumps(labels_of(sample, "train")) + "\n")
+            sample, _ = draw_sample(template, index, labels=("train", True))
+            file.write(json.dumps(sample.labels) + "\n")
     summary = {
         "software": "rtcli",
         "seed": 3,

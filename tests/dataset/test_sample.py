@@ -6,7 +6,7 @@ import pytest
 from template_texts import TEXT
 
 import rtcli
-from rtcli.dataset.sample import SampleError, draw_sample, sample_text
+from rtcli.dataset.sample import SampleError, SampleRequest, draw_sample, sample_text
 from rtcli.scene.model import Box, Sphere
 from rtcli.template.template import parse_template
 
@@ -94,7 +94,7 @@ def test_objects_are_wholly_in_view_of_an_orthographic_camera(sample_with, index
 
 def test_objects_are_seen(samples):
     for sample in samples:
-        for row in sample.picture.objects[1:]:
+        for row in sample.labels["objects"][1:]:
             assert row["visible_pixels"] >= 10
             assert row["visible_fraction"] >= 0.3
 
@@ -138,7 +138,7 @@ def test_objects_that_never_fit_are_reported_with_the_constraint(sample_with):
 def test_tries_can_be_fewer_than_those_of_the_template():
     crowded = parse_template(CROWDED.replace("tries: 5", "tries: 9999").encode(), "t.yaml")
     with pytest.raises(SampleError, match=r"2 tries \(apart refused 4 draws\)"):
-        draw_sample(crowded, 0, most_tries=2)
+        draw_sample(crowded, 0, SampleRequest(tries=2))
 
 
 def test_single_try_is_reported_as_one(sample_with):
@@ -149,7 +149,7 @@ def test_single_try_is_reported_as_one(sample_with):
 @pytest.mark.parametrize("index", range(9))
 def test_fewer_tries_are_the_first_ones(index):
     by_chance = parse_template(BY_CHANCE.encode(), "t.yaml")
-    few, all_ = (draw_sample(by_chance, index, most_tries=most)[0].scene for most in (50, None))
+    few, all_ = (draw_sample(by_chance, index, SampleRequest(tries=most))[0].scene for most in (50, None))
     assert few == all_
 
 

@@ -218,7 +218,9 @@ def test_engines_that_disagree_beyond_rounding_are_said_to(monkeypatch, change, 
 def test_native_pixel_is_that_of_its_whole_tile(monkeypatch):
     # Of a single pixel, the engine may decide otherwise than of a tile: a wrong picture would be explained away.
     as_native(monkeypatch, lambda radiance: radiance * (2 if radiance.shape == (12, 16, 3) else 1))
-    data = scene([box([0, 0, -5], [4, 4, 2], "red")], [light([3, 4, 0], 300)], camera={"resolution": [40, 28], "fov": 40})
+    data = scene(
+        [box([0, 0, -5], [4, 4, 2], "red")], [light([3, 4, 0], 300)], camera={"resolution": [40, 28], "fov": 40}
+    )
     assert {explain(data, x, y).native.agreement for x, y in [(16, 16), (20, 20), (31, 27)]} == {"disagree"}
     assert explain(data, 20, 15).native.agreement == "rounded"
 

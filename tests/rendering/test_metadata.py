@@ -202,7 +202,7 @@ def test_empty_picture_of_many_objects_has_no_boxes():
 
 def test_share_that_is_too_much_work_to_find_is_left_out_and_that_is_told(monkeypatch):
     before = render(ROOM, passes="object_id").metadata
-    monkeypatch.setattr("rtcli.tracer.native._COVERAGE_STEPS", 10)
+    monkeypatch.setattr("rtcli.tracer.native.COVERAGE_STEPS", 10)
     after = render(ROOM, passes="object_id").metadata
     assert "left_out" not in before
     assert after.pop("left_out") == ["visible_fraction"]
@@ -218,7 +218,7 @@ def test_coverage_of_many_overlapping_objects_is_left_out_by_every_number_of_thr
     budget = WorkBudget(10**9)
     NativeTracer(world, 1)._tracer.coverage(window, budget)
     for steps, is_known in ((budget.spent, True), (budget.spent - 1, False)):
-        monkeypatch.setattr("rtcli.tracer.native._COVERAGE_STEPS", steps)
+        monkeypatch.setattr("rtcli.tracer.native.COVERAGE_STEPS", steps)
         for threads in (1, 2, 3):
             assert (NativeTracer(world, threads).coverage(window) is not None) == is_known
 

@@ -3,11 +3,12 @@
 import json
 
 import pytest
-from drawn import drawn, frame_of
+from drawn import Lenient, drawn
 from hypothesis import given
 from hypothesis import strategies as st
 from template_oracle import Oracle
 
+from rtcli.dataset.sample import SampleRequest
 from rtcli.template.template import parse_template
 from rtcli.tracer._native import Drawn, Sampler
 
@@ -106,7 +107,7 @@ def close(found, expected):
     return type(found) is type(expected) and found == expected
 
 
-@given(templates(), st.integers(0, 99), st.integers(0, 10**6))
+@given(templates(), st.integers(0, 99), st.just(0) | st.integers(2, 10**6))
 def test_values_are_those_of_a_plain_evaluation(data, index, attempt):
     template = parse_template(json.dumps(data).encode(), "t.json")
     oracle = Oracle(data, index, attempt)
@@ -128,13 +129,24 @@ def test_draw_that_no_template_has_is_refused(compiled):
 
 def test_group_that_no_template_has_is_refused():
     with pytest.raises(ValueError, match="no checked template"):
-        Sampler({}, [], [0])
+        Sampler({}, [], [0], [], 1)
     with pytest.raises(ValueError, match="no checked template"):
-        Sampler({}, [(None, None, None, "0", [{}], [("near", 1.0)])], [0])
+        Sampler({}, [(None, None, None, "0", [{}], [("near", 1.0)])], [0], [], 1)
+    for requirement in (("apart", 1.0, 0), ("min_visible_pixels", 1.0, 1)):
+        with pytest.raises(ValueError, match="no checked template"):
+            Sampler({}, [(None, None, None, "0", [{}], [])], [0], [requirement], 1)
 
 
-def test_error_of_the_caller_ends_placing():
-    sampler = Sampler({}, [("a", "3", None, "0", [{"type": '"sphere"'}], [])], [0])
+def sample_of_spheres(shape_of, tries=9):
+    """Make a sample with spheres that lack their keys."""
+    spheres = ("a", "3", None, "0", [{"type": '"sphere"'}], [])
+    sampler = Sampler({"camera": '{"resolution":[8,8],"fov":40}'}, [spheres], [0], [], tries)
+    models = Lenient()
+    models.shape_of = shape_of
+    return sampler.sample((0, []), SampleRequest(), None, models)
+
+
+def test_error_of_the_models_ends_the_sample():
     asked = []
 
     def shape_of(text):
@@ -142,12 +154,18 @@ def test_error_of_the_caller_ends_placing():
         raise LookupError
 
     with pytest.raises(LookupError):
-        sampler.draw((0, 0, []), 9, frame_of, shape_of)
+        sample_of_spheres(shape_of)
     assert asked == [{"type": "sphere", "name": "a[0]"}]
 
 
-def test_object_that_is_not_valid_ends_placing():
-    sampler = Sampler({}, [("a", "3", None, "0", [{"type": '"sphere"'}], [])], [0])
-    placement = sampler.draw((0, 0, []), 9, frame_of, lambda text: None)
-    assert (placement.text, placement.counts) == (None, [3])
-    assert json.loads(placement.invalid) == {"type": "sphere", "name": "a[0]"}
+def test_object_that_is_not_valid_ends_a_try():
+    made = sample_of_spheres(lambda text: f"not {text}", tries=2)
+    assert made.text is None
+    assert made.refusals == [("scene", 2, 2, 'not {"type":"sphere","name":"a[0]"}')]
+
+
+def test_wish_that_is_unknown_is_refused():
+    sampler = Sampler({"camera": '{"resolution":[8,8],"fov":40}'}, [], [], [], 1)
+    for request in (SampleRequest(wishes=["gif"]), SampleRequest(passes=["gif"])):
+        with pytest.raises(ValueError, match=r'unknown .* "gif"'):
+            sampler.sample((0, []), request, None, Lenient())

@@ -423,19 +423,18 @@ def test_window_that_is_not_inside_the_picture_is_a_value_error(window):
         small_tracer().film(window, radiance(3, 5, 3), None)
 
 
-def test_mask_of_no_object_is_a_value_error():
-    assert small_tracer().amodal_masks(SMALL, [0, 0]) == 2 * small_tracer().amodal_masks(SMALL, [0])
-    with pytest.raises(ValueError, match="no such object"):
-        small_tracer().amodal_masks(SMALL, [0, 1])
-
-
-@pytest.mark.parametrize("function", [_native.rle_masks, _native.id_boxes])
-def test_ids_that_are_no_rows_are_an_error(function):
+def test_ids_that_are_no_rows_are_an_error():
     with pytest.raises(ValueError, match="no pixels"):
-        function(np.zeros((3, 0), np.uint32), 1)
+        _native.id_boxes(np.zeros((3, 0), np.uint32), 1)
     for ids in (np.zeros((4, 4), np.float32), np.zeros(4, np.uint32), np.zeros((4, 4), np.uint32)[:, ::2]):
         with pytest.raises(TypeError):
-            function(ids, 1)
+            _native.id_boxes(ids, 1)
+
+
+def test_pass_without_levels_is_an_error():
+    for name in ("radiance", "object_id", "depths"):
+        with pytest.raises(ValueError, match=name):
+            _native.pass_picture(name, bytes(12), None)
 
 
 @pytest.mark.parametrize(

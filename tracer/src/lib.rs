@@ -16,7 +16,7 @@
 //! | `scene`: `unit`, `emitter` | the world in camera space |
 //! | `shading`: `soft` | the light that objects send to the eye |
 //! | `trace`: `tile_tracer`, `groups`, `depth_resolver`, `coverage` | one tile, from rays to radiance |
-//! | [`output`]: `film`, `develop`, `meter`, `png` | from tiles to arrays and files |
+//! | [`output`]: `film`, `develop`, `meter`, `png`, `pass_picture`, `rle` | from tiles to arrays and files |
 //! | [`render`] | whole pictures, on all cores |
 
 // Loops over lanes index several arrays at once, which the compiler turns into vectors.
@@ -50,7 +50,7 @@ pub use budget::WorkBudget;
 pub use camera::half_tangent;
 pub use monitor::{Monitor, Stopped};
 pub use output::film::{Film, Pass, ValueType, Values};
-pub use output::{develop, meter, png, rle};
+pub use output::{develop, meter, pass_picture, png, rle};
 pub use render::Tracer;
 pub use sampling::{emitter_places, sample_offsets};
 pub use simd::Level;

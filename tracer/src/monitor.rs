@@ -86,10 +86,15 @@ impl Monitor {
 
     /// A monitor with a progress of its own, cancelled together with this one.
     pub(crate) fn aside(&self) -> Monitor {
+        self.aside_within(Arc::clone(&self.budget))
+    }
+
+    /// A monitor with a progress and a budget of its own, cancelled together with this one.
+    pub fn aside_within(&self, budget: Arc<WorkBudget>) -> Monitor {
         Monitor {
             done: AtomicU64::default(),
             cancelled: Arc::clone(&self.cancelled),
-            budget: Arc::clone(&self.budget),
+            budget,
             poll: self.poll.clone(),
         }
     }
@@ -111,7 +116,11 @@ impl Monitor {
     }
 
     /// Return an error if the work was cancelled or exceeds its budget.
-    pub(crate) fn check(&self) -> Result<(), Stopped> {
+    ///
+    /// # Errors
+    ///
+    /// If it was, or does.
+    pub fn check(&self) -> Result<(), Stopped> {
         if self.cancelled() {
             Err(Stopped::Cancelled)
         } else if self.budget.is_exceeded() {

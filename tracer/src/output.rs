@@ -3,5 +3,6 @@
 pub mod develop;
 pub mod film;
 pub mod meter;
+pub mod pass_picture;
 pub mod png;
 pub mod rle;

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from rtcli.atomic import atomic_write
-from rtcli.dataset.forms.encode import array_file
 from rtcli.dataset.forms.form import (
     Form,
     Piece,
@@ -19,10 +18,9 @@ from rtcli.dataset.forms.form import (
     sha256_of,
     write_checksums,
 )
-from rtcli.dataset.picture import SamplePicture
 from rtcli.dataset.plan import Layout, Shard
+from rtcli.dataset.sample import DatasetSample
 from rtcli.template.template import Template
-from rtcli.tracer.passes import SPECS
 
 # The end of the name of a list of files with their factors, of a piece or a shard.
 _METADATA = ".metadata.jsonl"
@@ -30,6 +28,8 @@ _METADATA = ".metadata.jsonl"
 
 class Files(Form):
     """A folder for each split, with the files of each sample, and `metadata.jsonl` for all."""
+
+    wish = "files"
 
     def __init__(self, piece: Piece, layout: Layout, template: Template) -> None:
         super().__init__(piece, layout, template)
@@ -39,22 +39,14 @@ class Files(Form):
         self._sums = piece.path(layout, ".sums").open("w", encoding="utf-8", newline="\n")
         self._metadata = piece.path(layout, _METADATA).open("wb")
 
-    def add(self, picture: SamplePicture, labels: Mapping[str, Any], passes: Sequence[str]) -> None:
+    def add(self, sample: DatasetSample) -> None:
         """Write the files of a sample."""
-        files, decode = {".png": picture.png()}, dict[str, Any]()
-        for name in passes:
-            # The colors that a film gives to ids are in its metadata, which a data set has not.
-            if SPECS[name].quantity == "id":
-                suffix, data = array_file(picture.passes[name])
-                files[f".{name}{suffix}"], decode[name] = data, {"value": "level", "nothing": 0}
-            else:
-                files[f".{name}.png"], decode[name] = picture.pass_png(name)
-        for suffix, data in {**files, ".json": as_json({**labels, "passes": decode})}.items():
-            name = key_of(labels["index"]) + suffix
+        for suffix, data in sample.made.files:
+            name = key_of(sample.index) + suffix
             (self._folder / name).write_bytes(data)
             self._sums.write(f"{hashlib.sha256(data).hexdigest()}  {self._piece.shard.split}/{name}\n")
-        factors = {name: column_value(draw, labels["factors"][name]) for name, draw in self._factors.items()}
-        first = {"file_name": f"{key_of(labels['index'])}.png"}
+        factors = {name: column_value(draw, sample.factors[name]) for name, draw in self._factors.items()}
+        first = {"file_name": f"{key_of(sample.index)}.png"}
         self._metadata.write(as_json({**first, **factors, **first}))  # even if a factor has that name
 
     def close(self) -> None:

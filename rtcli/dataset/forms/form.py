@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any, BinaryIO, ClassVar, NamedTuple
 
 from rtcli.atomic import atomic_write
-from rtcli.dataset.picture import SamplePicture
 from rtcli.dataset.plan import Layout, Shard
+from rtcli.dataset.sample import DatasetSample
 from rtcli.extras import require_extra
 from rtcli.template.template import Template
 from rtcli.template.values import Drawn
@@ -52,13 +52,15 @@ class Form:
     beside: ClassVar[tuple[str, ...]] = ()
     # Whether it holds labels of objects, not only factors.
     has_objects: ClassVar[bool] = True
+    # What it writes of a sample; see `rtcli.dataset.sample.SampleRequest`.
+    wish: ClassVar[str | None] = None
 
     def __init__(self, piece: Piece, layout: Layout, template: Template) -> None:
         self._piece = piece
         self._layout = layout
 
-    def add(self, picture: SamplePicture, labels: Mapping[str, Any], passes: Sequence[str]) -> None:
-        """Add a sample to the piece: its picture, its labels, and the passes to write."""
+    def add(self, sample: DatasetSample) -> None:
+        """Add a sample to the piece."""
 
     def close(self) -> None:
         """Finish the piece."""

@@ -11,16 +11,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rtcli.dataset.forms.form import Form, FormError, Piece, as_json, checksums_of, write_checksums
-from rtcli.dataset.picture import SamplePicture
 from rtcli.dataset.plan import Layout, Shard
+from rtcli.dataset.sample import DatasetSample
 from rtcli.extras import EXTRAS, require_extra
 from rtcli.rendering.metadata import SOFTWARE
 from rtcli.template.template import Template
 from rtcli.template.values import Drawn
-from rtcli.tracer._native import deflate
 
 _EXTRA = EXTRAS["hdf5"]
-_IMAGES, _LABELS, _INDEX = "images", "labels", "index"
+_LABELS, _INDEX = "labels", "index"
 # The attribute of `labels` with the names of its columns, and the start of those with values that are no numbers.
 _NAMES, _VALUES = "names", "values of "
 _LABEL, _NUMBER = "<f8", "<i8"
@@ -33,6 +32,7 @@ class Hdf5(Form):
 
     extra = _EXTRA
     has_objects = False
+    wish = "arrays"
 
     def __init__(self, piece: Piece, layout: Layout, template: Template) -> None:
         super().__init__(piece, layout, template)
@@ -54,13 +54,13 @@ class Hdf5(Form):
         if len(shapes) > 1:
             raise FormError("HDF5 holds pictures of one size only, and this template draws it: use another form")
 
-    def add(self, picture: SamplePicture, labels: Mapping[str, Any], passes: Sequence[str]) -> None:
+    def add(self, sample: DatasetSample) -> None:
         """Keep the arrays of a sample, compressed."""
-        self._indices.append(labels["index"])
-        self._labels.append([column.number(labels["factors"]) for column in self._columns])
-        for name, array in {_IMAGES: picture.levels(), **{name: picture.passes[name] for name in passes}}.items():
-            self._kinds[name] = array.shape, array.dtype
-            self._chunks.setdefault(name, []).append(deflate(array.tobytes()))
+        self._indices.append(sample.index)
+        self._labels.append([column.number(sample.factors) for column in self._columns])
+        for name, shape, dtype, chunk in sample.made.arrays:
+            self._kinds[name] = shape, np.dtype(dtype)
+            self._chunks.setdefault(name, []).append(chunk)
 
     def close(self) -> None:
         """Write the piece."""
@@ -145,7 +145,7 @@ class _Array(NamedTuple):
     name, shape, dtype
         Its name, its shape, whose first item is the number of samples, and its type.
     data
-        Its bytes: for each sample a chunk, compressed by `deflate`, or all in one item.
+        Its bytes: for each sample a chunk, compressed, or all in one item.
     is_chunked
         Whether it is in chunks.
     attributes

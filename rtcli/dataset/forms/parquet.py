@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from rtcli.atomic import atomic_write
-from rtcli.dataset.forms.encode import array_file
 from rtcli.dataset.forms.form import Form, Piece, column_value, is_plain, key_of, sha256_of
-from rtcli.dataset.picture import SamplePicture
 from rtcli.dataset.plan import Layout, Shard
+from rtcli.dataset.sample import DatasetSample
 from rtcli.extras import EXTRAS, require_extra
 from rtcli.template.template import Template
 from rtcli.template.values import Drawn
@@ -31,6 +30,7 @@ class Parquet(Form):
     """A table for each shard."""
 
     extra = _EXTRA
+    wish = "parts"
 
     def __init__(self, piece: Piece, layout: Layout, template: Template) -> None:
         super().__init__(piece, layout, template)
@@ -38,17 +38,17 @@ class Parquet(Form):
         self._file = piece.path(layout, ".arrow").open("wb")
         self._stream: Any = None
 
-    def add(self, picture: SamplePicture, labels: Mapping[str, Any], passes: Sequence[str]) -> None:
+    def add(self, sample: DatasetSample) -> None:
         """Add a row."""
-        key, row = key_of(labels["index"]), dict[str, Any]()
-        row[_IMAGE] = {"bytes": picture.png(), "path": f"{key}.png"}
-        for name in passes:
-            suffix, data = array_file(picture.passes[name])
-            row[name] = {"bytes": data, "path": f"{key}.{name}{suffix}"}
+        row, labels = dict[str, Any](), sample.labels
+        for name, suffix, data in sample.made.parts:
+            end = suffix if name == _IMAGE else f".{name}{suffix}"
+            row[name] = {"bytes": data, "path": key_of(sample.index) + end}
         for column, (name, draw) in self._factors.items():
-            row[column] = column_value(draw, labels["factors"][name])
+            row[column] = column_value(draw, sample.factors[name])
         objects = [{**each, "shape": _shape_text(each)} for each in labels["objects"]]
-        row = {**row, _INDEX: labels["index"], _CAMERA: labels["camera"], _OBJECTS: objects}
+        row = {**row, _INDEX: sample.index, _CAMERA: labels["camera"], _OBJECTS: objects}
+        passes = [name for name, _, _ in sample.made.parts if name != _IMAGE]
         self._rows_of(passes).write_batch(_arrow().RecordBatch.from_pylist([row], self._schema(passes)))
 
     def close(self) -> None:

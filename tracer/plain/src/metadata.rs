@@ -1,6 +1,7 @@
 //! The fingerprint of a scene, and the texts of its pictures, as `rtcli.rendering.metadata` and
 //! `rtcli.rendering.job` make them.
 
+use rtcli_reader::json::{write_number, write_numbers};
 use rtcli_tracer::world::{Projection, ShapeDesc};
 use sha2::{Digest, Sha256};
 
@@ -84,8 +85,13 @@ impl PlainScene {
                 .then(|| ("shadow_samples", settings.shadow_samples.to_string())),
         ];
         let exposure = self.exposure.map_or("\"auto\"".into(), number);
-        let image = [Some(("exposure", exposure)), Some(("tone", format!("\"{}\"", self.tone)))];
+        let image =
+            [self.alpha_key(), Some(("exposure", exposure)), Some(("tone", format!("\"{}\"", self.tone.name())))];
         format!("[{}, {}]", mapping(light, ", ", ": "), mapping(image, ", ", ": "))
+    }
+
+    fn alpha_key(&self) -> Option<(&'static str, String)> {
+        self.alpha.then(|| ("alpha", "true".into()))
     }
 
     /// Returns the texts of a picture by their keywords: the software, and the metadata as compact JSON.
@@ -103,7 +109,8 @@ impl PlainScene {
             has_sizes.then(|| ("shadow_samples", settings.shadow_samples.to_string())),
             Some(("eye_falloff", settings.eye_falloff.to_string())),
             Some(("exposure", number(exposure))),
-            Some(("tone", format!("\"{}\"", self.tone))),
+            Some(("tone", format!("\"{}\"", self.tone.name()))),
+            self.alpha_key(),
         ];
         let settings = mapping(keys, ",", ":");
         let metadata = format!(r#"{{"software":"{software}","scene":"{fingerprint}","settings":{settings}}}"#);
@@ -148,38 +155,13 @@ fn mapping<const N: usize>(entries: [Option<(&str, String)>; N], between: &str, 
 }
 
 fn list(numbers: &[f64], between: &str) -> String {
-    let numbers: Vec<_> = numbers.iter().copied().map(number).collect();
-    format!("[{}]", numbers.join(between))
+    let mut json = String::new();
+    write_numbers(numbers, between, &mut json);
+    json
 }
 
-/// Returns a finite number as `repr` does: Rust has the same digits, but other exponents.
 fn number(value: f64) -> String {
-    let text = format!("{value:?}");
-    let Some((digits, exponent)) = text.split_once('e') else { return text };
-    match exponent.strip_prefix('-') {
-        Some(exponent) => format!("{digits}e-{exponent:0>2}"),
-        None => format!("{digits}e+{exponent:0>2}"),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::number;
-
-    #[test]
-    fn numbers_are_written_as_in_python() {
-        for (value, text) in [
-            (2.0, "2.0"),
-            (-0.0, "-0.0"),
-            (1e16, "1e+16"),
-            (123_456_789_012_345.6, "123456789012345.6"),
-            (0.0001, "0.0001"),
-            (0.00001, "1e-05"),
-            (-1.5e-7, "-1.5e-07"),
-            (1e-300, "1e-300"),
-            (2.5e200, "2.5e+200"),
-        ] {
-            assert_eq!(number(value), text);
-        }
-    }
+    let mut json = String::new();
+    write_number(value, &mut json);
+    json
 }

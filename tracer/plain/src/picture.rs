@@ -1,12 +1,14 @@
 //! A scene file as the file of a picture.
 
-use std::io::BufWriter;
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
 use rtcli_reader::{Edit, Format};
 use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
+use rtcli_tracer::png::{self, Color, Header};
+use rtcli_tracer::render::RenderStats;
 use rtcli_tracer::world::Window;
 use rtcli_tracer::{Level, Monitor, Stopped, Tracer, meter};
 
@@ -59,9 +61,49 @@ pub enum FileError {
     Io(std::io::Error),
 }
 
+impl PlainScene {
+    /// The whole picture.
+    pub fn window(&self) -> Window {
+        let (width, height) = (self.world.camera.width, self.world.camera.height);
+        Window { x: 0, y: 0, width, height }
+    }
+
+    /// Returns the picture as a PNG of levels that `Tracer::levels` developed.
+    ///
+    /// # Errors
+    ///
+    /// If memory runs out.
+    pub fn png_of(&self, levels: &[u8], bits: BitDepth, texts: &[(String, String)]) -> io::Result<Vec<u8>> {
+        let Window { width, height, .. } = self.window();
+        let color = if self.alpha { Color::SrgbAlpha } else { Color::Srgb };
+        png::encode(Header { width, height, color, bits, texts }, levels)
+    }
+
+    /// Traces and develops the picture with the threads of the current rayon pool, and writes it as a PNG.
+    ///
+    /// # Errors
+    ///
+    /// If the work is cancelled or runs out of memory, or the sink fails.
+    pub fn write_png(
+        &self,
+        tracer: &Tracer,
+        developer: &Developer,
+        texts: &[(String, String)],
+        mut sink: impl Write + Send,
+        monitor: &Monitor,
+    ) -> Result<RenderStats, Stopped> {
+        if !self.alpha {
+            return tracer.write_png(self.window(), developer, texts, sink, monitor);
+        }
+        let levels = tracer.levels(self.window(), developer, true, monitor)?;
+        sink.write_all(&self.png_of(&levels, developer.bits(), texts)?)?;
+        Ok(RenderStats::default())
+    }
+}
+
 impl Picture<'_> {
     /// Reads the scene, traces it with the threads of the current rayon pool, and writes it as a PNG; None if it is not
-    /// plainly valid, or its picture has alpha.
+    /// plainly valid.
     ///
     /// # Errors
     ///
@@ -76,7 +118,6 @@ impl Picture<'_> {
         let Some(scene) = rtcli_reader::read(self.scene, self.format, self.edits) else { return Ok(None) };
         let parsed = start.elapsed();
         let Some(scene) = PlainScene::new(scene) else { return Ok(None) };
-        let Ok(tone) = scene.tone.parse() else { return Ok(None) };
         let validated = start.elapsed();
         let fingerprint = scene.fingerprint();
         let packed = start.elapsed();
@@ -90,12 +131,11 @@ impl Picture<'_> {
             None => tracer.exposure(meter::GRID, monitor).map_err(FileError::Stopped)?.0.stops,
         };
         let texts = scene.texts(self.software, &fingerprint, exposure);
-        let developer = developer(exposure, tone, self.bits);
-        let window = Window { x: 0, y: 0, width, height };
+        let developer = developer(exposure, scene.tone, self.bits);
         let metered = start.elapsed();
         let mut sink = BufWriter::with_capacity(BUFFER, &mut file);
         let stats =
-            tracer.write_png(window, &developer, &texts, &mut sink, monitor).map_err(|error| match error {
+            scene.write_png(&tracer, &developer, &texts, &mut sink, monitor).map_err(|error| match error {
                 Stopped::Io(error) => FileError::Io(error),
                 other => FileError::Stopped(other),
             })?;

@@ -2,6 +2,7 @@
 
 use rtcli_reader::scene::{Setting, light_kinds, shapes};
 use rtcli_reader::{Lights, Objects, Scene, Section};
+use rtcli_tracer::develop::ToneCurve;
 use rtcli_tracer::half_tangent;
 use rtcli_tracer::world::{
     Camera, CheckerDesc, Kind, LightDesc, LightSource, Object, Projection, Settings, ShapeDesc, Vector, World,
@@ -16,24 +17,26 @@ pub struct PlainScene {
     pub world: World,
     /// Stops; None to meter them.
     pub exposure: Option<f64>,
-    /// The name of a tone curve.
-    pub tone: &'static str,
+    /// A tone curve.
+    pub tone: ToneCurve,
+    /// Whether the picture has alpha in place of the background, which then is black in `world`.
+    pub alpha: bool,
     /// The vertical field of view in degrees, if the camera has it.
-    pub(crate) fov: Option<f64>,
-    pub(crate) max_depth: i64,
+    pub fov: Option<f64>,
+    /// How often light is followed.
+    pub max_depth: i64,
     /// The columns that the world was made of, with the tracer's kinds.
-    pub(crate) objects: Objects,
-    pub(crate) lights: Lights,
+    pub objects: Objects,
+    /// The same of the lights.
+    pub lights: Lights,
 }
 
 impl PlainScene {
-    /// Returns a scene that was read; None if its camera is not plainly valid, or its picture has alpha.
+    /// Returns a scene that was read; None if its camera is not plainly valid.
     pub fn new(scene: Scene) -> Option<PlainScene> {
         let Scene { sections, mut objects, checkers, mut lights } = scene;
         let (render, image) = (section(&sections, "render")?, section(&sections, "image")?);
-        if image.boolean("alpha")? {
-            return None;
-        }
+        let alpha = image.boolean("alpha")?;
         objects.kind = tags(&objects.kind, shapes(), ShapeDesc::KINDS)?;
         lights.kind = tags(&lights.kind, light_kinds(), LightSource::KINDS)?;
         let checkers = checkers.object.iter().zip(&checkers.size).zip(checkers.color.as_chunks().0);
@@ -48,7 +51,7 @@ impl PlainScene {
             lights: world_lights(&lights)?,
             settings: Settings {
                 samples: render.integer("samples")? as u32,
-                background: render.vector("background")?,
+                background: if alpha { [0.0; 3] } else { render.vector("background")? },
                 ambient: render.vector("ambient")?,
                 direct_light: max_depth > 0,
                 shadow_samples: render.integer("shadow_samples")? as u32,
@@ -58,12 +61,33 @@ impl PlainScene {
         Some(PlainScene {
             world,
             exposure: image.number("exposure"),
-            tone: image.word("tone")?,
+            tone: image.word("tone")?.parse().ok()?,
+            alpha,
             fov: lens.fov,
             max_depth,
             objects,
             lights,
         })
+    }
+}
+
+impl PlainScene {
+    /// Returns the name of each object, in the order of the file.
+    pub fn names(&self) -> Vec<Option<&str>> {
+        let mut names = Vec::new();
+        let mut rest = str::from_utf8(&self.objects.names).unwrap_or_default();
+        while !rest.is_empty() {
+            if let Some(after) = rest.strip_prefix('-') {
+                names.push(None);
+                rest = after;
+                continue;
+            }
+            let (length, after) = rest.split_once(':').unwrap_or(("", ""));
+            let end = after.char_indices().nth(length.parse().unwrap_or(0)).map_or(after.len(), |(end, _)| end);
+            names.push(Some(&after[..end]));
+            rest = &after[end..];
+        }
+        names
     }
 }
 

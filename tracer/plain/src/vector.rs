@@ -18,6 +18,11 @@ pub fn cross(a: Vector, b: Vector) -> Vector {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// Returns the opposite vector, with 0 for the opposite of 0.
+pub fn negative(vector: Vector) -> Vector {
+    vector.map(|component| 0.0 - component)
+}
+
 /// Returns the vector from start to end, or half of it where it would overflow.
 pub fn direction(start: Vector, end: Vector) -> Vector {
     let difference = |scale: f64| [0, 1, 2].map(|axis| end[axis] / scale - start[axis] / scale);

@@ -28,8 +28,7 @@ impl<'py> PyFilm<'py> {
     /// writable.
     pub fn new(arrays: HashMap<String, Bound<'py, PyAny>>) -> PyResult<Self> {
         let borrow = |(name, array): (String, Bound<'py, PyAny>)| {
-            let unknown = |UnknownName| PyValueError::new_err(format!("unknown pass {name:?}"));
-            let pass = name.parse::<Pass>().map_err(unknown)?;
+            let pass = pass(&name)?;
             let array = match pass.value_type() {
                 ValueType::Float => PyArray::Floats(borrowed(&array)?),
                 ValueType::Integer => PyArray::Integers(borrowed(&array)?),
@@ -57,6 +56,15 @@ impl<'py> PyFilm<'py> {
         }
         if film.holds(window) { Ok(film) } else { Err(PyValueError::new_err("the arrays do not fit the window")) }
     }
+}
+
+/// Return the pass of a name.
+///
+/// # Errors
+///
+/// `ValueError` for an unknown name.
+pub fn pass(name: &str) -> PyResult<Pass> {
+    name.parse().map_err(|UnknownName| PyValueError::new_err(format!("unknown pass {name:?}")))
 }
 
 fn borrowed<'py, T: Element>(array: &Bound<'py, PyAny>) -> PyResult<PyReadwriteArrayDyn<'py, T>> {

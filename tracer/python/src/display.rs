@@ -16,6 +16,7 @@ use rtcli_tracer::png::{Color, Header, PngWriter};
 
 use crate::errors::{io_error, out_of_memory};
 use crate::interruptible::bytes_of;
+use crate::world::items;
 
 /// Stops, tone curve, bits a channel.
 pub type PyDisplay<'a> = (f64, &'a str, u8);
@@ -72,30 +73,30 @@ pub fn half_tangent(degrees: f64) -> f64 {
     rtcli_tracer::half_tangent(degrees)
 }
 
-/// Develop radiance, interleaved float32 RGB, to 8 bits a channel, or to 16 with the high byte first.
+/// Develop radiance, interleaved float32 RGB, to 8 bits a channel, or to 16 with the high byte first; radiance that is
+/// multiplied by alpha, float32, to four channels.
 #[pyfunction]
-#[pyo3(signature = (radiance, transform, /))]
+#[pyo3(signature = (radiance, transform, alpha=None, /))]
 pub fn develop<'py>(
     py: Python<'py>,
     radiance: &[u8],
     transform: PyDisplay<'_>,
+    alpha: Option<&[u8]>,
 ) -> PyResult<Bound<'py, PyByteArray>> {
-    developed(py, &*developer(transform)?, &pixels(radiance)?)
-}
-
-/// Return developed radiance, interleaved RGB.
-///
-/// # Errors
-///
-/// `MemoryError` if memory runs out.
-pub fn developed<'py>(
-    py: Python<'py>,
-    developer: &Developer,
-    radiance: &[f32],
-) -> PyResult<Bound<'py, PyByteArray>> {
-    let length = radiance.len() / CHANNELS * developer.bytes_per_pixel();
-    PyByteArray::new_with(py, length, |developed| {
-        py.detach(|| developer.develop(radiance, developed));
+    let (developer, mut radiance) = (developer(transform)?, pixels(radiance)?);
+    let count = radiance.len() / CHANNELS;
+    let color = count * developer.bytes_per_pixel();
+    let Some(alpha) = alpha.map(items::<f32>).transpose()? else {
+        return PyByteArray::new_with(py, color, |developed| {
+            py.detach(|| developer.develop(&radiance, developed));
+            Ok(())
+        });
+    };
+    if alpha.len() != count {
+        return Err(PyValueError::new_err("alpha has not as many pixels as radiance"));
+    }
+    PyByteArray::new_with(py, color + count * developer.bits().bytes(), |developed| {
+        py.detach(|| developer.develop_straight(radiance.to_mut(), &alpha, developed));
         Ok(())
     })
 }

@@ -9,10 +9,9 @@
 //! - `interruptible`: work in a thread pool while the calling thread listens to Python
 //! - `byte_channel`: bytes on their way from the pool to the calling thread
 //! - `display`: developing and metering radiance from any engine
-//! - `deflate`: the compression of zlib
 //! - `boxes`: the boxes around objects, and those that hold others
 //! - `draws`: the random words of templates, and the bodies that are measured
-//! - `sampler`: templates, with their draws and their objects
+//! - `sampler`: templates, with their draws and their samples
 //! - `png`: PNG files of values that are already developed, or are no colors
 //! - `errors`: the core's errors as Python exceptions
 //!
@@ -23,7 +22,6 @@
 mod arrays;
 mod boxes;
 mod byte_channel;
-mod deflate;
 mod display;
 mod draws;
 mod errors;
@@ -47,8 +45,6 @@ mod _native {
     #[pymodule_export]
     use crate::boxes::{Boxes, Enclosures};
     #[pymodule_export]
-    use crate::deflate::deflate;
-    #[pymodule_export]
     use crate::display::{PngEncoder, develop, half_tangent, meter};
     #[pymodule_export]
     use crate::draws::{Body, draw_word};
@@ -57,15 +53,15 @@ mod _native {
     #[pymodule_export]
     use crate::picture::write_picture;
     #[pymodule_export]
-    use crate::png::{decode_png, encode_png, id_boxes, rle_masks};
+    use crate::png::{decode_png, encode_png, id_boxes, pass_picture};
     #[pymodule_export]
-    use crate::sampler::{Drawn, Placement, Sampler};
+    use crate::sampler::{Drawn, Sample, Sampler};
     #[pymodule_export]
     use crate::scene::{by_threes, read_scene};
     #[pymodule_export]
     use crate::spans::FileSpans;
     #[pymodule_export]
-    use crate::tracer::{Tracer, WorkBudget, emitter_places, sample_offsets, simd_level};
+    use crate::tracer::{Tracer, WorkBudget, camera_matrices, emitter_places, sample_offsets, simd_level};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -75,6 +71,7 @@ mod _native {
         module.add("LIGHT_PARAMETERS", lights.into_py_dict(module.py())?)?;
         module.add("METER_GRID", rtcli_tracer::meter::GRID)?;
         module.add("TILE_SIDE", rtcli_tracer::TILE_SIDE)?;
+        module.add("COVERAGE_STEPS", rtcli_tracer::render::COVERAGE_STEPS)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

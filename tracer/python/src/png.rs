@@ -8,13 +8,15 @@ use pyo3::exceptions::{PyMemoryError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use rtcli_tracer::develop::BitDepth;
-use rtcli_tracer::memory::{Growing, OutOfMemory, spare, with_capacity};
-use rtcli_tracer::png::{self, Color, Header, PngWriter};
+use rtcli_tracer::memory::{OutOfMemory, spare, with_capacity};
+use rtcli_tracer::png::{self, Color, Header};
 use rtcli_tracer::rle::{self, PixelBox};
 
+use crate::arrays::pass;
 use crate::display::{bit_depth, has_pixels};
 use crate::errors::out_of_memory;
 use crate::interruptible::bytes_of;
+use crate::world::items;
 
 /// The largest picture to decode: 65,535 x 16,384 pixels of 16-bit RGB.
 const MOST_BYTES: usize = 6 << 30;
@@ -36,11 +38,7 @@ pub fn encode_png<'py>(
     let header = Header { width, height, color: color(channels)?, bits: bit_depth(bits)?, texts: &texts };
     let file = py.detach(|| {
         spare()?;
-        let mut file = Growing::default();
-        let mut writer = PngWriter::new(&mut file, header)?;
-        writer.write_rows(&swapped(pixels, header.bits)?)?;
-        writer.finish()?;
-        Ok::<_, io::Error>(file.0)
+        png::encode(header, &swapped(pixels, header.bits)?)
     });
     bytes_of(py, &file.map_err(|error| of_a_picture(error.kind(), &error))?)
 }
@@ -86,12 +84,22 @@ fn swapped(pixels: &[u8], bits: BitDepth) -> Result<Cow<'_, [u8]>, OutOfMemory> 
     Ok(swapped.into())
 }
 
-/// Return the masks of the objects 1 to `count` as compressed run-length encodings of COCO.
+/// Return a pass of floats as levels with a number of bits, 16 in native byte order, and how to get its values, in JSON.
 #[pyfunction]
-#[pyo3(signature = (ids, count, /))]
-pub fn rle_masks(py: Python<'_>, ids: PyReadonlyArray2<'_, u32>, count: usize) -> PyResult<Vec<String>> {
-    let (ids, width) = rows_of_ids(&ids)?;
-    Ok(py.detach(|| rle::masks(ids, width, count)))
+#[pyo3(signature = (name, values, scale, /))]
+pub fn pass_picture<'py>(
+    py: Python<'py>,
+    name: &str,
+    values: &[u8],
+    scale: Option<f64>,
+) -> PyResult<(Bound<'py, PyBytes>, u8, String)> {
+    let (pass, values) = (pass(name)?, items(values)?);
+    spare().map_err(out_of_memory)?;
+    let picture = py.detach(|| rtcli_tracer::pass_picture::pass_picture(pass, &values, scale));
+    let picture = picture.map_err(out_of_memory)?;
+    let picture = picture.ok_or_else(|| PyValueError::new_err(format!("{name} has no levels")))?;
+    let levels = swapped(&picture.levels, picture.bits).map_err(out_of_memory)?;
+    Ok((bytes_of(py, &levels)?, picture.bits as u8, rtcli_dataset::decode_json(&picture.decode)))
 }
 
 /// Return the number of pixels of the objects 1 to `count`, and the box around them.

@@ -1,17 +1,19 @@
-//! Templates as `rtcli/template/compiled.py` compiles them: their draws, and their objects.
+//! Templates as `rtcli/template/compiled.py` compiles them: their draws, and their samples.
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList, PyString, PyTuple};
+use pyo3::types::{PyBytes, PyDict, PyList, PyString, PyTuple};
+use rtcli_dataset::{Engine, Failure, Made, Models, Request, Requirement, Template, Wishes};
 use rtcli_draws::Draw;
-use rtcli_reader::Format;
-use rtcli_sampler::{Caller, Context, Group, Requirement, Shape, Value, View};
-use rtcli_tracer::world::Projection;
+use rtcli_plain::PlainScene;
+use rtcli_sampler::{Context, Group, Shape, Value};
+use rtcli_tracer::world::Camera;
 
-use crate::scene::columns;
-
-/// Keeps the focal length of the narrowest field of view finite, as in `rtcli.tracer.world`.
-const SMALLEST: f64 = 1e-300;
+use crate::arrays::pass;
+use crate::display::developer_of;
+use crate::interruptible::{Listener, bytes_of};
+use crate::tracer::level;
+use crate::world::{self, plain_scene};
 
 fn unknown(what: &str) -> PyErr {
     PyValueError::new_err(format!("no checked template has such {what}"))
@@ -82,7 +84,7 @@ type PyGroup<'py> =
     (Option<String>, Option<PyValue>, Option<usize>, PyValue, Vec<Bound<'py, PyAny>>, Vec<(String, f64)>);
 
 fn group((name, repeat, rest_on, form, alternatives, requirements): PyGroup<'_>) -> PyResult<Group> {
-    let requirement = |(kind, margin): &(String, f64)| Requirement::new(kind, *margin);
+    let requirement = |(kind, margin): &(String, f64)| rtcli_sampler::Requirement::new(kind, *margin);
     Ok(Group {
         name,
         repeat: repeat.map(|repeat| repeat.0),
@@ -99,161 +101,213 @@ fn group((name, repeat, rest_on, form, alternatives, requirements): PyGroup<'_>)
 
 /// A template.
 #[pyclass(module = "rtcli.tracer._native", frozen)]
-pub struct Sampler(rtcli_sampler::Sampler);
+pub struct Sampler(Template);
 
 /// An index, an attempt, and the values of the factors in JSON.
-type PySample = (u64, u64, Vec<String>);
+type PyDraw = (u64, u64, Vec<String>);
+
+/// A kind of constraint on pictures, its bound, and the number of the group.
+type PyRequirement = (String, f64, usize);
 
 #[pymethods]
 impl Sampler {
     #[new]
-    #[pyo3(signature = (sections, groups, order, /))]
-    fn new(sections: &Bound<'_, PyDict>, groups: Vec<PyGroup<'_>>, order: Vec<usize>) -> PyResult<Sampler> {
+    #[pyo3(signature = (sections, groups, order, requirements, tries, /))]
+    fn new(
+        sections: &Bound<'_, PyDict>,
+        groups: Vec<PyGroup<'_>>,
+        order: Vec<usize>,
+        requirements: Vec<PyRequirement>,
+        tries: u64,
+    ) -> PyResult<Sampler> {
         let groups: Vec<_> = groups.into_iter().map(group).collect::<PyResult<_>>()?;
         let numbers = order.iter().copied().chain(groups.iter().filter_map(|group| group.rest_on));
-        if numbers.into_iter().any(|number| number >= groups.len()) {
+        if numbers.chain(requirements.iter().map(|each| each.2)).any(|number| number >= groups.len()) {
             return Err(unknown("a group"));
         }
-        Ok(Sampler(rtcli_sampler::Sampler { sections: entries(sections)?, groups, order }))
+        let requirement = |(kind, least, group): &PyRequirement| Requirement::new(kind, *least, *group);
+        let requirements = requirements.iter().map(requirement).collect::<Option<_>>();
+        let sampler = rtcli_sampler::Sampler { sections: entries(sections)?, groups, order };
+        Ok(Sampler(Template {
+            sampler,
+            requirements: requirements.ok_or_else(|| unknown("a constraint"))?,
+            tries,
+        }))
     }
 
-    #[pyo3(signature = (sample, /))]
-    fn sections<'py>(&self, py: Python<'py>, sample: PySample) -> PyResult<Bound<'py, PyDict>> {
-        let (index, attempt, factors) = &sample;
+    #[pyo3(signature = (draw, /))]
+    fn sections<'py>(&self, py: Python<'py>, draw: PyDraw) -> PyResult<Bound<'py, PyDict>> {
+        let (index, attempt, factors) = &draw;
         let context = Context { index: *index, attempt: *attempt, element: 0, factors };
         let sections = PyDict::new(py);
-        for (key, json) in self.0.sections(&context).ok_or_else(|| unknown("a value"))? {
+        for (key, json) in self.0.sampler.sections(&context).ok_or_else(|| unknown("a value"))? {
             sections.set_item(key, json)?;
         }
         Ok(sections)
     }
 
-    #[pyo3(signature = (sample, tries, frame_of, shape_of, /))]
-    fn draw(
+    #[pyo3(signature = (draw, request, labels, models, /))]
+    fn sample(
         &self,
         py: Python<'_>,
-        sample: PySample,
-        tries: u64,
-        frame_of: &Bound<'_, PyAny>,
-        shape_of: Py<PyAny>,
-    ) -> PyResult<Placement> {
-        let (index, attempt, factors) = &sample;
-        let context = Context { index: *index, attempt: *attempt, element: 0, factors };
-        let mut sections = self.0.sections(&context).ok_or_else(|| unknown("a value"))?;
-        let camera = sections.iter().find(|(key, _)| *key == "camera").map_or("{}", |(_, camera)| camera);
-        let view = match plain_view(camera) {
-            Some(view) => view,
-            None => frame_of.call1((camera,))?.extract::<Frame>()?.view(),
+        draw: (u64, Vec<String>),
+        request: PyRequest,
+        labels: Option<(String, String, bool)>,
+        models: Py<PyAny>,
+    ) -> PyResult<Sample> {
+        let (index, factors) = &draw;
+        let wishes = request.wishes.iter().map(String::as_str).try_fold(Wishes::default(), with)?;
+        let wanted = Request {
+            index: *index,
+            factors,
+            tries: request.tries.unwrap_or(u64::MAX),
+            passes: &request.passes.iter().map(|name| pass(name)).collect::<PyResult<Vec<_>>>()?,
+            wishes,
+            labels: labels.as_ref().map(|(split, factors, has_objects)| (&split[..], &factors[..], *has_objects)),
         };
-        let mut caller = Listener { shape_of, error: None };
-        let (placement, scene) = py.detach(|| {
-            let mut placement = self.0.place(&context, tries, &view, &mut caller);
-            let objects = placement.as_mut().and_then(|placement| placement.objects.take());
-            let scene = objects.map(|objects| {
-                sections.push(("objects", objects));
-                let text = rtcli_sampler::mapping(&sections);
-                (rtcli_reader::read(text.as_bytes(), Format::Json, &[]), text)
-            });
-            (placement, scene)
+        let mut models = PyModels { models, error: None };
+        let level = level()?;
+        let made = Listener::default().run_interruptibly(py, request.threads, |monitor, _| {
+            let software = concat!("rtcli ", env!("CARGO_PKG_VERSION"));
+            let engine = Engine { level, developers: developer_of, monitor, software };
+            match self.0.make(&wanted, engine, &mut models) {
+                Ok(made) => Ok(Some(made)),
+                Err(Failure::Unknown) => Ok(None),
+                Err(Failure::Stopped(stopped)) => Err(stopped),
+            }
         });
-        if let Some(error) = caller.error {
-            return Err(error);
+        match models.error {
+            Some(error) => Err(error),
+            None => Sample::new(py, made?.ok_or_else(|| unknown("a value"))?),
         }
-        let rtcli_sampler::Placement { counts, invalid, draws, checks, refusals, .. } =
-            placement.ok_or_else(|| unknown("a value"))?;
-        let (scene, text) = scene.map_or((None, None), |(scene, text)| (scene, Some(text)));
-        let scene = scene.map(|scene| columns(py, scene)).transpose()?.flatten();
-        Ok(Placement {
-            counts,
-            text,
-            scene: scene.map(|scene| Ok::<_, PyErr>(scene.into_pyobject(py)?.unbind())).transpose()?,
-            invalid,
-            draws,
-            checks,
-            refusals: refusals.into_iter().map(|each| (each.kind, each.count, each.ended, each.last)).collect(),
+    }
+}
+
+/// A `rtcli.dataset.sample.SampleRequest`.
+#[derive(FromPyObject)]
+struct PyRequest {
+    passes: Vec<String>,
+    wishes: Vec<String>,
+    threads: usize,
+    tries: Option<u64>,
+}
+
+fn with(wishes: Wishes, name: &str) -> PyResult<Wishes> {
+    Ok(match name {
+        "files" => Wishes { files: true, ..wishes },
+        "tar" => Wishes { tar: true, ..wishes },
+        "parts" => Wishes { parts: true, ..wishes },
+        "arrays" => Wishes { arrays: true, ..wishes },
+        "levels" => Wishes { levels: true, ..wishes },
+        _ => return Err(PyValueError::new_err(format!("unknown wish {name:?}"))),
+    })
+}
+
+/// The models in Python, `rtcli.dataset.models`.
+struct PyModels {
+    models: Py<PyAny>,
+    error: Option<PyErr>,
+}
+
+impl PyModels {
+    /// Returns an answer, which is a text if it is the reason why something is not valid.
+    fn ask<T>(
+        &mut self,
+        question: &str,
+        json: &str,
+        read: impl FnOnce(&Bound<'_, PyAny>) -> PyResult<T>,
+    ) -> Result<T, String> {
+        let answer = Python::attach(|py| {
+            let answer = self.models.bind(py).call_method1(question, (json,))?;
+            match answer.extract() {
+                Ok(reason) => Ok(Err(reason)),
+                Err(_) => read(&answer).map(Ok),
+            }
+        });
+        answer.unwrap_or_else(|error| {
+            self.error = Some(error);
+            Err(String::new())
         })
     }
 }
 
-/// Returns what a camera in JSON shows; None if it is not plainly valid.
-fn plain_view(camera: &str) -> Option<View> {
-    let scene = rtcli_reader::read(format!("{{\"camera\":{camera}}}").as_bytes(), Format::Json, &[])?;
-    let (camera, _) = rtcli_plain::camera(&scene.sections)?;
-    let (width, height) = (f64::from(camera.width), f64::from(camera.height));
-    let focal = height / (2.0 * camera.half_height).max(SMALLEST);
-    let focal_lengths = [focal / camera.pixel_aspect, focal];
-    let (x, y) = camera.center;
-    Some(View {
-        size: [width, height],
-        focal_lengths,
-        principal_point: [width / 2.0 - x * focal_lengths[0], height / 2.0 + y * focal_lengths[1]],
-        is_orthographic: camera.projection == Projection::Orthographic,
-        position: camera.position,
-        right: camera.right,
-        up: camera.up,
-        forward: camera.forward,
-    })
-}
-
-/// Python, which validates objects and is given signals.
-struct Listener {
-    shape_of: Py<PyAny>,
-    error: Option<PyErr>,
-}
-
-impl Caller for Listener {
-    fn shape_of(&mut self, json: &str) -> Option<Shape> {
-        type Found = Option<(String, [f64; 3], Vec<f64>)>;
-        let found: PyResult<Found> = Python::attach(|py| self.shape_of.call1(py, (json,))?.extract(py));
-        let (kind, position, parameters) = found.map_err(|error| self.error = Some(error)).ok()??;
-        Some(Shape { kind, position, parameters })
+impl Models for PyModels {
+    fn camera_of(&mut self, camera: &str) -> Result<Camera, String> {
+        self.ask("camera_of", camera, |answer| world::camera(answer.extract()?))
     }
 
-    fn is_cancelled(&mut self) -> bool {
-        let signaled = Python::attach(|py| py.check_signals());
-        signaled.map_err(|error| self.error = Some(error)).is_err()
+    fn shape_of(&mut self, object: &str) -> Result<Shape, String> {
+        self.ask("shape_of", object, |answer| {
+            let (kind, position, parameters) = answer.extract()?;
+            Ok(Shape { kind, position, parameters })
+        })
+    }
+
+    fn scene_of(&mut self, scene: &str) -> Result<PlainScene, String> {
+        self.ask("scene_of", scene, |answer| plain_scene(answer.extract()?))
+    }
+
+    fn has_failed(&self) -> bool {
+        self.error.is_some()
     }
 }
 
-/// A `rtcli.tracer.world.CameraFrame`.
-#[derive(FromPyObject)]
-struct Frame {
-    width: f64,
-    height: f64,
-    focal_lengths: [f64; 2],
-    principal_point: [f64; 2],
-    is_orthographic: bool,
-    position: [f64; 3],
-    right: [f64; 3],
-    up: [f64; 3],
-    forward: [f64; 3],
-}
-
-impl Frame {
-    fn view(&self) -> View {
-        let Frame { width, height, focal_lengths, principal_point, is_orthographic, position, right, up, forward } =
-            *self;
-        View {
-            size: [width, height],
-            focal_lengths,
-            principal_point,
-            is_orthographic,
-            position,
-            right,
-            up,
-            forward,
-        }
-    }
-}
-
-/// The scene of a sample, and how its objects were found.
+/// A sample, and how it was found.
 #[pyclass(module = "rtcli.tracer._native", frozen, get_all)]
-pub struct Placement {
-    counts: Vec<usize>,
+pub struct Sample {
+    attempt: u64,
+    groups: Vec<usize>,
     text: Option<String>,
-    scene: Option<Py<PyTuple>>,
-    invalid: Option<String>,
+    labels: Option<Py<PyBytes>>,
+    files: Vec<(String, Py<PyBytes>)>,
+    tar: Py<PyBytes>,
+    parts: Vec<(&'static str, &'static str, Py<PyBytes>)>,
+    arrays: Vec<(&'static str, Py<PyTuple>, &'static str, Py<PyBytes>)>,
+    levels: Option<(Py<PyTuple>, Py<PyBytes>)>,
     draws: usize,
     checks: Vec<(&'static str, usize)>,
     refusals: Vec<(&'static str, usize, usize, String)>,
+}
+
+impl Sample {
+    fn new(py: Python<'_>, made: Made) -> PyResult<Sample> {
+        let Made { sample, rejections } = made;
+        let text = sample.as_ref().map(|sample| sample.text.clone());
+        let sample = sample.unwrap_or_default();
+        let bytes = |bytes: &[u8]| bytes_of(py, bytes).map(Bound::unbind);
+        let tuple = |lengths: &[usize]| PyTuple::new(py, lengths).map(Bound::unbind);
+        Ok(Sample {
+            attempt: sample.attempt,
+            groups: sample.groups,
+            text,
+            labels: sample.labels.map(|labels| bytes(labels.as_bytes())).transpose()?,
+            files: sample
+                .files
+                .into_iter()
+                .map(|(end, file)| Ok((end, bytes(&file)?)))
+                .collect::<PyResult<_>>()?,
+            tar: bytes(&sample.tar)?,
+            parts: sample
+                .parts
+                .into_iter()
+                .map(|(name, suffix, file)| Ok((name, suffix, bytes(&file)?)))
+                .collect::<PyResult<_>>()?,
+            arrays: sample
+                .arrays
+                .into_iter()
+                .map(|(name, shape, of, data)| Ok((name, tuple(&shape)?, of, bytes(&data)?)))
+                .collect::<PyResult<_>>()?,
+            levels: sample
+                .levels
+                .map(|(shape, data)| Ok::<_, PyErr>((tuple(&shape)?, bytes(&data)?)))
+                .transpose()?,
+            draws: rejections.draws,
+            checks: rejections.checks,
+            refusals: rejections
+                .refusals
+                .into_iter()
+                .map(|each| (each.kind, each.count, each.ended, each.last))
+                .collect(),
+        })
+    }
 }

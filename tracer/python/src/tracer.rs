@@ -8,17 +8,14 @@ use std::sync::Arc;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
+use rtcli_tracer::Level;
 use rtcli_tracer::Monitor;
-use rtcli_tracer::memory::filled;
 use rtcli_tracer::meter::MeterReading;
 use rtcli_tracer::names::UnknownName;
-use rtcli_tracer::rle::Mask;
 use rtcli_tracer::world::{Objects, Vector, World};
-use rtcli_tracer::{Film, Level};
 
 use crate::arrays::PyFilm;
-use crate::display::{PyDisplay, developed, developer, has_pixels};
-use crate::errors::out_of_memory;
+use crate::display::{PyDisplay, developer, has_pixels};
 use crate::interruptible::Listener;
 use crate::world::{self, PyCamera, PyCheckers, PyLights, PyObjects, PySettings, PyWindow};
 
@@ -62,6 +59,15 @@ pub fn level() -> PyResult<Level> {
     })
 }
 
+/// Return a camera as matrices in JSON, for the pixels of a window.
+#[pyfunction]
+#[pyo3(signature = (camera, window, /))]
+pub fn camera_matrices(camera: PyCamera<'_>, window: PyWindow) -> PyResult<String> {
+    let camera = world::camera(camera)?;
+    let window = world::window(window, (camera.width, camera.height))?;
+    Ok(rtcli_plain::camera_matrices(&camera, window))
+}
+
 /// A limit on work, in counted steps.
 #[pyclass(frozen, module = "rtcli.tracer._native")]
 pub struct WorkBudget {
@@ -89,7 +95,6 @@ pub struct Tracer {
     core: rtcli_tracer::Tracer,
     /// Width and height of the whole picture.
     size: (u32, u32),
-    objects: usize,
     threads: usize,
 }
 
@@ -119,7 +124,6 @@ impl Tracer {
         let listener = Listener::new(0, None, None);
         Ok(Tracer {
             size: (world.camera.width, world.camera.height),
-            objects: count,
             threads,
             core: listener.run_interruptibly(py, threads, |_, _| rtcli_tracer::Tracer::new(world, level))?,
         })
@@ -153,13 +157,14 @@ impl Tracer {
     ) -> PyResult<Bound<'py, PyByteArray>> {
         let window = world::window(window, self.size)?;
         let developer = developer(transform)?;
-        let radiance = filled(3 * window.pixels(), 0.0, "the radiance");
-        let mut radiance = radiance.map_err(out_of_memory)?;
-        let film = Film::of_radiance(&mut radiance);
         let listener = Listener::new(0, None, None).within(core(budget));
-        let work = |monitor: &Monitor, _: &mut (dyn Write + Send)| self.core.film(window, film, monitor);
-        listener.run_interruptibly(py, self.threads, work)?;
-        developed(py, &developer, &radiance)
+        let work =
+            |monitor: &Monitor, _: &mut (dyn Write + Send)| self.core.levels(window, &developer, false, monitor);
+        let levels = listener.run_interruptibly(py, self.threads, work)?;
+        PyByteArray::new_with(py, levels.len(), |copy| {
+            copy.copy_from_slice(&levels);
+            Ok(())
+        })
     }
 
     /// Render a window to a PNG, passed to `write` in pieces; return the number of rays, and the seconds that
@@ -191,19 +196,6 @@ impl Tracer {
         let window = world::window(window, self.size)?;
         let listener = Listener::new(0, None, None).within(core(budget));
         let work = |monitor: &Monitor, _: &mut (dyn Write + Send)| self.core.coverage(window, monitor);
-        listener.run_interruptibly(py, self.threads, work)
-    }
-
-    /// Return the masks of some objects, as if each were alone: encodings and boxes.
-    #[pyo3(signature = (window, objects, /))]
-    fn amodal_masks(&self, py: Python<'_>, window: PyWindow, objects: Vec<u32>) -> PyResult<Vec<Mask>> {
-        let window = world::window(window, self.size)?;
-        if objects.iter().any(|&object| object as usize >= self.objects) {
-            return Err(PyValueError::new_err("there is no such object"));
-        }
-        let listener = Listener::new(0, None, None);
-        let work =
-            |monitor: &Monitor, _: &mut (dyn Write + Send)| self.core.amodal_masks(window, &objects, monitor);
         listener.run_interruptibly(py, self.threads, work)
     }
 

@@ -4,9 +4,12 @@ use crate::display::{copied, has_pixels};
 use crate::errors::out_of_memory;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use rtcli_plain::PlainScene;
 use rtcli_tracer::memory::{reserve, with_capacity};
+use rtcli_tracer::names::UnknownName;
 use rtcli_tracer::world::{
-    Camera, CheckerDesc, Columns, Kind, LightDesc, LightSource, Settings, ShapeDesc, Vector, Window,
+    Camera, CheckerDesc, Columns, Kind, LightDesc, LightSource, Object, Objects, Settings, ShapeDesc, Vector,
+    Window, World,
 };
 use std::borrow::Cow;
 
@@ -42,6 +45,60 @@ pub fn camera(camera: PyCamera<'_>) -> PyResult<Camera> {
     let unknown = |_| PyValueError::new_err(format!("unknown projection {projection:?}"));
     let projection = projection.parse().map_err(unknown)?;
     Ok(Camera { width, height, projection, half_height, pixel_aspect, center, position, right, up, forward })
+}
+
+/// Camera, objects, checkers, lights, settings with the depth of light; vertical field of view, names of the objects,
+/// exposure, tone curve, alpha.
+pub type PyPlainScene<'a> = (
+    (PyCamera<'a>, PyObjects<'a>, PyCheckers<'a>, PyLights<'a>, PySettings),
+    (Option<f64>, i64, &'a str, Option<f64>, &'a str, bool),
+);
+
+/// Return a scene with all that is known of a plainly valid one.
+///
+/// # Errors
+///
+/// As for its parts.
+pub fn plain_scene(scene: PyPlainScene<'_>) -> PyResult<PlainScene> {
+    let ((camera_of, objects_of, checkers_of, lights_of, settings_of), rest) = scene;
+    let (fov, max_depth, names, exposure, tone, alpha) = rest;
+    let columns = objects(objects_of)?;
+    let count = columns.count();
+    let object = |number| Object {
+        position: columns.position(number),
+        color: columns.color(number),
+        shape: columns.shape(number),
+    };
+    let (kind, parameters, color, intensity, carrier) = lights_of;
+    let unknown = |UnknownName| PyValueError::new_err(format!("unknown tone curve {tone:?}"));
+    Ok(PlainScene {
+        world: World {
+            camera: camera(camera_of)?,
+            objects: (0..count).map(object).collect(),
+            checkers: checkers(checkers_of, count)?,
+            lights: lights(lights_of, count)?,
+            settings: settings(settings_of)?,
+        },
+        exposure,
+        tone: tone.parse().map_err(unknown)?,
+        alpha,
+        fov,
+        max_depth,
+        objects: rtcli_reader::Objects {
+            kind: columns.kinds.to_vec(),
+            position: columns.positions.as_flattened().to_vec(),
+            parameters: columns.parameters.to_vec(),
+            color: columns.colors.as_flattened().to_vec(),
+            names: names.into(),
+        },
+        lights: rtcli_reader::Lights {
+            kind: kind.to_vec(),
+            parameters: items(parameters)?.to_vec(),
+            color: items(color)?.to_vec(),
+            intensity: items(intensity)?.to_vec(),
+            carrier: items(carrier)?.to_vec(),
+        },
+    })
 }
 
 /// Return the objects.

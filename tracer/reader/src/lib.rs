@@ -12,7 +12,9 @@
 //! | `row` | one mapping, as the numbers of its keys |
 //! | `scene` | a whole file |
 //! | `spans` | where its values stand |
+//! | [`json`], [`written`] | numbers and texts as Python writes them, and objects as scenes are written |
 
+pub mod json;
 mod number;
 mod row;
 pub mod scene;
@@ -21,6 +23,7 @@ mod source;
 pub mod spans;
 #[rustfmt::skip]
 mod table;
+pub mod written;
 
 pub use scene::{Checkers, Edit, Format, Lights, Objects, Scene, Section, read, read_object};
 pub use source::{Span, text_of};

@@ -184,7 +184,7 @@ fn numbers<'a>(
 }
 
 /// Returns the linear color of a CSS name in any case, or of `#rrggbb`.
-fn color(text: &[u8]) -> Option<[f64; 3]> {
+pub fn color(text: &[u8]) -> Option<[f64; 3]> {
     let number = match text.strip_prefix(b"#") {
         Some(digits) if digits.len() == 6 && digits.iter().all(u8::is_ascii_hexdigit) => {
             u32::from_str_radix(str::from_utf8(digits).ok()?, 16).ok()?

@@ -536,3 +536,16 @@ pub static LIGHTS: &[Kind] = &[
     Kind { name: "point", allowed: 0b11111, required: 0b110, parameters: &[1, 2, 3, 5], strength: Some(4) },
     Kind { name: "sun", allowed: 0b11110001, required: 0b1100001, parameters: &[9, 10, 11, 13], strength: Some(12) },
 ];
+
+/// The keys of each kind of object but its name, and of the parts of objects, in the order of the
+/// reference; the default of each as it would be written, empty without one.
+pub static WRITTEN: &[(&str, &[(&str, &str)])] = &[
+    ("sphere", &[("type", ""), ("position", ""), ("radius", ""), ("color", ""), ("light", "")]),
+    ("plane", &[("type", ""), ("position", ""), ("normal", ""), ("color", ""), ("checker", "")]),
+    ("box", &[("type", ""), ("position", ""), ("size", ""), ("rotation", "0.0"), ("color", ""), ("checker", ""), ("light", "")]),
+    ("cylinder", &[("type", ""), ("position", ""), ("radius", ""), ("height", ""), ("axis", "[0.0,1.0,0.0]"), ("color", ""), ("light", "")]),
+    ("capsule", &[("type", ""), ("position", ""), ("radius", ""), ("height", ""), ("axis", "[0.0,1.0,0.0]"), ("color", ""), ("light", "")]),
+    ("cone", &[("type", ""), ("position", ""), ("radius", ""), ("top_radius", "0.0"), ("height", ""), ("axis", "[0.0,1.0,0.0]"), ("color", ""), ("light", "")]),
+    ("light", &[("intensity", ""), ("radius", "0.0"), ("color", "\"white\"")]),
+    ("checker", &[("size", ""), ("color", "")]),
+];

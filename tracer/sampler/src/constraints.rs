@@ -2,6 +2,7 @@
 
 use rtcli_bodies::Body;
 
+/// Three coordinates.
 pub type Vector = [f64; 3];
 
 /// The shape of an object, by the names and parameters of the tracer.
@@ -68,25 +69,32 @@ impl View {
 }
 
 /// An object of a sample.
-pub struct Placed {
+pub struct Placed<'a> {
     /// Its place among all objects, in the order of the file.
     pub number: usize,
-    /// How messages name it.
-    pub label: String,
+    /// Its name.
+    pub name: Option<String>,
     /// The number of its group.
     pub group: usize,
     /// The shape.
     pub shape: Shape,
     /// The solid, if it is one.
     pub body: Option<Body>,
-    /// The object in JSON.
-    pub json: String,
+    /// Its keys and their values in JSON.
+    pub keys: Vec<(&'a str, String)>,
+}
+
+impl Placed<'_> {
+    /// Returns how messages name it.
+    pub fn label(&self) -> String {
+        self.name.clone().unwrap_or_else(|| format!("objects[{}]", self.number))
+    }
 }
 
 /// What an object is checked against.
 pub struct Surroundings<'a> {
     /// The objects placed before it.
-    pub others: &'a [Placed],
+    pub others: &'a [Placed<'a>],
     /// The picture.
     pub view: &'a View,
 }
@@ -111,7 +119,7 @@ impl Requirement {
     }
 
     /// Returns the objects that do not meet it; None if a candidate does.
-    pub fn refused(&self, candidate: &Placed, around: &Surroundings<'_>) -> Option<String> {
+    pub fn refused(&self, candidate: &Placed<'_>, around: &Surroundings<'_>) -> Option<String> {
         // Only solids can be too close, or reach out of the picture.
         let body = candidate.body.as_ref()?;
         (self.kind.refused)(self.margin, candidate, body, around)
@@ -122,7 +130,7 @@ impl Requirement {
 #[derive(Debug)]
 struct Kind {
     name: &'static str,
-    refused: fn(f64, &Placed, &Body, &Surroundings<'_>) -> Option<String>,
+    refused: fn(f64, &Placed<'_>, &Body, &Surroundings<'_>) -> Option<String>,
 }
 
 const KINDS: &[Kind] = &[
@@ -135,7 +143,7 @@ const KINDS: &[Kind] = &[
             };
             let near =
                 around.others.iter().find(|other| other.body.as_ref().is_some_and(|body| !are_apart(body)))?;
-            Some(format!("{} and {}", candidate.label, near.label))
+            Some(format!("{} and {}", candidate.label(), near.label()))
         },
     },
     Kind {
@@ -145,7 +153,7 @@ const KINDS: &[Kind] = &[
             let from_eye = difference(candidate.shape.position, around.view.position);
             let reaches_out =
                 |&(outward, limit): &(Vector, f64)| dot(outward, from_eye) + body.reach(outward) > limit;
-            around.view.borders(margin).iter().any(reaches_out).then(|| candidate.label.clone())
+            around.view.borders(margin).iter().any(reaches_out).then(|| candidate.label())
         },
     },
 ];
@@ -178,9 +186,9 @@ pub fn unit(vector: Vector) -> Vector {
 mod tests {
     use super::{Placed, Requirement, Shape, Surroundings, View};
 
-    fn sphere(label: &str, position: [f64; 3]) -> Placed {
+    fn sphere(name: &str, position: [f64; 3]) -> Placed<'static> {
         let shape = Shape { kind: "sphere".into(), position, parameters: vec![1.0] };
-        Placed { number: 0, label: label.into(), group: 0, body: shape.body(), shape, json: String::new() }
+        Placed { number: 0, name: Some(name.into()), group: 0, body: shape.body(), shape, keys: Vec::new() }
     }
 
     /// A picture of 20 x 20 pixels, whose borders are at 45 degrees or, of parallel rays, at 10 from the middle.

@@ -2,7 +2,7 @@
 //!
 //! | module | contents, each using only those above it |
 //! |---|---|
-//! | `json` | numbers and texts as JSON |
+//! | `json` | lists, texts and mappings as JSON |
 //! | `color` | hue, saturation and value as a linear color |
 //! | `value` | values with draws among their parts, and the kinds of draws |
 //! | `constraints` | what objects are checked against, and the kinds of constraints |
@@ -19,7 +19,7 @@ mod json;
 mod sampler;
 mod value;
 
-pub use constraints::{Requirement, Shape, View};
+pub use constraints::{Placed, Requirement, Shape, Vector, View, negative};
 pub use json::mapping;
-pub use sampler::{Caller, Group, Placement, Refusal, Sampler};
+pub use sampler::{Caller, Group, Outcome, Refusal, Rejections, Sampler, Try};
 pub use value::{Context, Drawn, Value};

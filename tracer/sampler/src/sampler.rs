@@ -1,10 +1,11 @@
 //! A template: its sections, and its objects, placed one by one.
 
+use rtcli_reader::json::write_numbers;
 use rtcli_reader::read_object;
 use rtcli_reader::scene::shapes;
 
 use crate::constraints::{Placed, Requirement, Shape, Surroundings, View, difference, dot, negative, unit};
-use crate::json::{write_mapping, write_numbers, write_text};
+use crate::json::{mapping, write_text};
 use crate::value::{Context, Value};
 
 /// An item under `objects`: one object, or several.
@@ -48,32 +49,28 @@ pub struct Refusal {
     pub last: String,
 }
 
-/// The objects of a sample, and how they were found.
+/// What was drawn again for a sample.
 #[derive(Debug, Default)]
-pub struct Placement {
-    /// The number of objects of each group.
-    pub counts: Vec<usize>,
-    /// The list of objects in JSON, in the order of the file; None if one could not be placed.
-    pub objects: Option<String>,
-    /// The object, in JSON, that ended the placement since it is not valid.
-    pub invalid: Option<String>,
-    /// The number of objects that a constraint decided on.
+pub struct Rejections {
+    /// The number of objects and scenes that a constraint decided on.
     pub draws: usize,
     /// How often each constraint was asked, by its name.
     pub checks: Vec<(&'static str, usize)>,
-    /// The constraints that refused objects, in the order of their first refusals.
+    /// The constraints that refused, in the order of their first refusals.
     pub refusals: Vec<Refusal>,
 }
 
-impl Placement {
-    fn check(&mut self, kind: &'static str) {
+impl Rejections {
+    /// Counts that a constraint is asked.
+    pub fn check(&mut self, kind: &'static str) {
         match self.checks.iter_mut().find(|(known, _)| *known == kind) {
             Some((_, count)) => *count += 1,
             None => self.checks.push((kind, 1)),
         }
     }
 
-    fn refuse(&mut self, kind: &'static str, objects: String, is_end: bool) {
+    /// Counts a refusal for some objects, which may be the end of a try.
+    pub fn refuse(&mut self, kind: &'static str, objects: String, is_end: bool) {
         let place = self.refusals.iter().position(|refusal| refusal.kind == kind).unwrap_or_else(|| {
             self.refusals.push(Refusal { kind, count: 0, ended: 0, last: String::new() });
             self.refusals.len() - 1
@@ -85,10 +82,32 @@ impl Placement {
     }
 }
 
+/// A try to place the objects of a sample.
+pub struct Try<'a> {
+    /// The most attempts of an object.
+    pub attempts: u64,
+    /// What the picture shows.
+    pub view: &'a View,
+    /// Who answers questions.
+    pub caller: &'a mut dyn Caller,
+    /// Where to count.
+    pub rejections: &'a mut Rejections,
+}
+
+/// How a try ended.
+pub enum Outcome<'a> {
+    /// All objects, in the order of the file.
+    Placed(Vec<Placed<'a>>),
+    /// An object is not valid, for a reason.
+    Invalid(String),
+    /// An object never met its constraints, or the caller cancelled.
+    Failed,
+}
+
 /// What placing objects asks its caller.
 pub trait Caller {
-    /// Returns the shape of an object in JSON that is not plainly valid; None if it is not valid at all.
-    fn shape_of(&mut self, json: &str) -> Option<Shape>;
+    /// Returns the shape of an object in JSON that is not plainly valid; as an error, why it is not valid at all.
+    fn shape_of(&mut self, json: &str) -> Result<Shape, String>;
 
     /// Returns whether to stop, asked before each draw of an object.
     fn is_cancelled(&mut self) -> bool;
@@ -100,35 +119,34 @@ impl Sampler {
         self.sections.iter().map(|(key, value)| Some((key.as_str(), value.json(context)?))).collect()
     }
 
-    /// Places the objects of a sample one by one, each drawn again until it meets its constraints, at most `tries`
-    /// times. The result has no objects if the caller cancels.
-    pub fn place(
-        &self,
-        context: &Context<'_>,
-        tries: u64,
-        view: &View,
-        caller: &mut dyn Caller,
-    ) -> Option<Placement> {
+    /// Places the objects of a sample one by one, each drawn again until it meets its constraints.
+    pub fn place<'s>(&'s self, context: &Context<'_>, own: Try<'_>) -> Option<Outcome<'s>> {
         // The number of objects is never drawn again.
         let first = Context { attempt: 0, element: 0, ..*context };
         let count = |group: &Group| group.repeat.as_ref().map_or(Some(1), |repeat| repeat.number(&first));
         let counts: Vec<usize> = self.groups.iter().map(count).collect::<Option<_>>()?;
-        let placement = Placement { counts: counts.clone(), ..Placement::default() };
-        let mut placer = Placer { sampler: self, context, tries, view, caller, placed: Vec::new(), placement };
+        let mut placer = Placer { sampler: self, context, own, placed: Vec::new() };
         for &group in &self.order {
             let before: usize = counts[..group].iter().sum();
             for element in 0..counts[group] {
-                if !placer.place(Slot { number: before + element, group, element })? {
-                    return Some(placer.placement);
+                match placer.place(Slot { number: before + element, group, element })? {
+                    Found::Placed => (),
+                    Found::Invalid(reason) => return Some(Outcome::Invalid(reason)),
+                    Found::Nothing => return Some(Outcome::Failed),
                 }
             }
         }
-        let Placer { mut placed, mut placement, .. } = placer;
+        let Placer { mut placed, .. } = placer;
         placed.sort_by_key(|object| object.number);
-        let objects: Vec<_> = placed.into_iter().map(|object| object.json).collect();
-        placement.objects = Some(format!("[{}]", objects.join(",")));
-        Some(placement)
+        Some(Outcome::Placed(placed))
     }
+}
+
+/// What was found for a place.
+enum Found {
+    Placed,
+    Invalid(String),
+    Nothing,
 }
 
 /// The place of an object: among all objects of a sample, and in its group.
@@ -140,49 +158,49 @@ struct Slot {
 }
 
 /// A sample whose objects are being placed.
-struct Placer<'a> {
-    sampler: &'a Sampler,
-    context: &'a Context<'a>,
-    tries: u64,
-    view: &'a View,
-    caller: &'a mut dyn Caller,
-    placed: Vec<Placed>,
-    placement: Placement,
+struct Placer<'s, 'c, 't> {
+    sampler: &'s Sampler,
+    context: &'c Context<'c>,
+    own: Try<'t>,
+    placed: Vec<Placed<'s>>,
 }
 
-impl Placer<'_> {
-    /// Draws an object until it meets its constraints; returns false if no try does, one is not
-    /// valid, or the caller cancels.
-    fn place(&mut self, slot: Slot) -> Option<bool> {
+impl<'s> Placer<'s, '_, '_> {
+    /// Draws an object until it meets its constraints.
+    fn place(&mut self, slot: Slot) -> Option<Found> {
         let requirements = &self.sampler.groups[slot.group].requirements;
-        for number in 0..self.tries {
-            if self.caller.is_cancelled() {
-                return Some(false);
+        for number in 0..self.own.attempts {
+            if self.own.caller.is_cancelled() {
+                return Some(Found::Nothing);
             }
-            self.placement.draws += usize::from(!requirements.is_empty());
+            self.own.rejections.draws += usize::from(!requirements.is_empty());
             let context =
                 Context { attempt: self.context.attempt + number, element: slot.element as u64, ..*self.context };
-            let Some(candidate) = self.candidate(slot, &context)? else { return Some(false) };
-            let around = Surroundings { others: &self.placed, view: self.view };
+            let candidate = match self.candidate(slot, &context)? {
+                Ok(candidate) => candidate,
+                Err(reason) => return Some(Found::Invalid(reason)),
+            };
+            let around = Surroundings { others: &self.placed, view: self.own.view };
             let mut meets_all = true;
             for requirement in requirements {
-                self.placement.check(requirement.kind());
+                self.own.rejections.check(requirement.kind());
                 if let Some(objects) = requirement.refused(&candidate, &around) {
-                    self.placement.refuse(requirement.kind(), objects, number + 1 == self.tries);
+                    let is_end = number + 1 == self.own.attempts;
+                    self.own.rejections.refuse(requirement.kind(), objects, is_end);
                     meets_all = false;
                     break;
                 }
             }
             if meets_all {
                 self.placed.push(candidate);
-                return Some(true);
+                return Some(Found::Placed);
             }
         }
-        Some(false)
+        Some(Found::Nothing)
     }
 
-    /// Returns an object as it is drawn, at rest on its plane; Some(None) if it is not valid.
-    fn candidate(&mut self, slot: Slot, context: &Context<'_>) -> Option<Option<Placed>> {
+    /// Returns an object as it is drawn, at rest on its plane; as an error, why it is not valid.
+    fn candidate(&mut self, slot: Slot, context: &Context<'_>) -> Option<Result<Placed<'s>, String>> {
         let group = &self.sampler.groups[slot.group];
         let form = group.alternatives.get(group.form.number::<usize>(context)?)?;
         let mut keys: Vec<(&str, String)> =
@@ -194,11 +212,10 @@ impl Placer<'_> {
         if let Some(name) = &name {
             set(&mut keys, "name", |json| write_text(name, json));
         }
-        let mut json = String::new();
-        write_mapping(&keys, &mut json);
-        let Some(mut shape) = plain_shape(&json).or_else(|| self.caller.shape_of(&json)) else {
-            self.placement.invalid = Some(json);
-            return Some(None);
+        let json = mapping(&keys);
+        let mut shape = match plain_shape(&json).map_or_else(|| self.own.caller.shape_of(&json), Ok) {
+            Ok(shape) => shape,
+            Err(reason) => return Some(Err(reason)),
         };
         let mut body = shape.body();
         if let (Some(plane), Some(solid)) = (group.rest_on, &body) {
@@ -207,12 +224,9 @@ impl Placer<'_> {
             let way = solid.reach(negative(up)) - dot(up, difference(shape.position, plane.position));
             shape.position = [0, 1, 2].map(|axis| shape.position[axis] + way * up[axis]);
             body = shape.body();
-            set(&mut keys, "position", |json| write_numbers(&shape.position, json));
-            json.clear();
-            write_mapping(&keys, &mut json);
+            set(&mut keys, "position", |json| write_numbers(&shape.position, ",", json));
         }
-        let label = name.unwrap_or_else(|| format!("objects[{}]", slot.number));
-        Some(Some(Placed { number: slot.number, label, group: slot.group, shape, body, json }))
+        Some(Ok(Placed { number: slot.number, name, group: slot.group, shape, body, keys }))
     }
 }
 

@@ -1,9 +1,10 @@
 //! Values with draws among their parts, and the kinds of draws.
 
 use rtcli_draws::Draw;
+use rtcli_reader::json::{write_number, write_numbers};
 
 use crate::color::linear_from_hsv;
-use crate::json::{write_list, write_number, write_numbers, write_text};
+use crate::json::{write_list, write_text};
 
 /// What draws depend on beside their keys.
 #[derive(Clone, Copy, Debug)]
@@ -157,7 +158,7 @@ const KINDS: &[Kind] = &[
         name: "hsv",
         write: |drawn, _, context, json| {
             let part = |number| drawn.number_of_part(number, context);
-            write_numbers(&linear_from_hsv(part(0)?, part(1)?, part(2)?), json);
+            write_numbers(&linear_from_hsv(part(0)?, part(1)?, part(2)?), ",", json);
             Some(())
         },
     },

@@ -54,6 +54,9 @@ impl BitDepth {
 /// 2^128 is beyond the largest, and all curves rise from black to white between 2^-21 and 2^16.
 const MOST_STOPS: f64 = 200.0;
 
+/// Pixels with alpha that are developed at a time.
+const STRAIGHT: usize = 256;
+
 /// Turns radiance into the pixels of an image, for one exposure, tone curve and depth.
 pub struct Developer {
     /// The power of two in the exposure: multiplying by it is exact wherever the result is not black or white.
@@ -96,6 +99,35 @@ impl Developer {
     /// Return the bytes of a developed pixel.
     pub const fn bytes_per_pixel(&self) -> usize {
         self.bits.bytes_per_pixel()
+    }
+
+    /// Develop interleaved linear RGB that is multiplied by alpha into interleaved sRGB that is not, and alpha.
+    ///
+    /// The color is that of the samples that hit something, radiance / alpha, finite, and black without any. It takes the
+    /// place of `radiance`. The fourth value is round(max * alpha).
+    ///
+    /// # Panics
+    ///
+    /// If the length of `out` does not fit `radiance`.
+    pub fn develop_straight(&self, radiance: &mut [f32], alpha: &[f32], out: &mut [u8]) {
+        let (color, channel) = (self.bytes_per_pixel(), self.bits.bytes());
+        for (radiance, &alpha) in radiance.as_chunks_mut::<3>().0.iter_mut().zip(alpha) {
+            let straight = |x: f32| if alpha > 0.0 { (x / alpha).min(f32::MAX) } else { 0.0 };
+            *radiance = radiance.map(straight);
+        }
+        let pixels = radiance.chunks(3 * STRAIGHT).zip(alpha.chunks(STRAIGHT));
+        let mut colors = vec![0; color * STRAIGHT];
+        for ((radiance, alpha), out) in pixels.zip(out.chunks_mut((color + channel) * STRAIGHT)) {
+            let colors = &mut colors[..color * alpha.len()];
+            self.develop(radiance, colors);
+            for ((pixel, color_of), &alpha) in
+                out.chunks_exact_mut(color + channel).zip(colors.chunks_exact(color)).zip(alpha)
+            {
+                pixel[..color].copy_from_slice(color_of);
+                let level = (f64::from(self.bits.white()) * f64::from(alpha) + 0.5).floor() as u16;
+                pixel[color..].copy_from_slice(&level.to_be_bytes()[2 - channel..]);
+            }
+        }
     }
 
     /// Develop interleaved linear RGB into interleaved 8-bit or big-endian 16-bit sRGB.

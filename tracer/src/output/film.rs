@@ -81,6 +81,16 @@ impl FromStr for Pass {
 }
 
 impl Pass {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        PASSES[self as usize].name
+    }
+
+    /// The values of a pixel.
+    pub fn channels(self) -> usize {
+        PASSES[self as usize].channels
+    }
+
     /// The type of its values.
     pub fn value_type(self) -> ValueType {
         PASSES[self as usize].value_type

@@ -35,7 +35,7 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use crate::memory::{filled, reserve, with_capacity};
+use crate::memory::{Growing, filled, reserve, with_capacity};
 use crate::output::develop::BitDepth;
 use crate::simd::{Kernel, Level};
 
@@ -207,6 +207,17 @@ impl<W: Write> PngWriter<W> {
     pub fn encoding(&self) -> Duration {
         self.encoding
     }
+}
+
+/// Return a picture as the bytes of a PNG: interleaved channels, 8 bits or big-endian 16 bits.
+///
+/// # Errors
+///
+/// If these are not the rows of the picture, or memory runs out.
+pub fn encode(header: Header<'_>, pixels: &[u8]) -> io::Result<Vec<u8>> {
+    let mut writer = PngWriter::new(Growing::default(), header)?;
+    writer.write_rows(pixels)?;
+    Ok(writer.finish()?.0)
 }
 
 /// The signature and the chunks before the first IDAT chunk.

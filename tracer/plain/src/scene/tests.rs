@@ -27,8 +27,13 @@ fn a_camera_looks_somewhere_and_not_along_its_up() {
 }
 
 #[test]
-fn a_picture_with_alpha_is_not_plain() {
-    assert!(scene("{camera: {resolution: [4, 2], fov: 90}, image: {alpha: true}}").is_none());
+fn a_picture_with_alpha_has_a_black_background() {
+    let with = |keys| {
+        scene(&format!("camera: {{resolution: [4, 2], fov: 90}}\nrender: {{background: red}}\n{keys}")).unwrap()
+    };
+    assert_eq!(with("").world.settings.background, [1.0, 0.0, 0.0]);
+    let transparent = with("image: {alpha: true}");
+    assert_eq!((transparent.world.settings.background, transparent.alpha), ([0.0; 3], true));
 }
 
 #[test]
@@ -47,4 +52,12 @@ render: {max_depth: 0}
     assert_eq!((world.checkers[0].object, world.checkers[0].size), (0, 2.0));
     assert_eq!(world.lights.iter().map(|light| light.carrier).collect::<Vec<_>>(), [None, Some(1)]);
     assert!(!world.settings.direct_light);
+}
+
+#[test]
+fn objects_have_their_names() {
+    let ball = |name| format!("  - {{type: sphere, position: [1, 2, 3], radius: 1, color: red{name}}}\n");
+    let names = [", name: \"1:-🙂ö\"", "", ", name: -2:b", ", name: c"];
+    let text = format!("camera: {{resolution: [4, 2], fov: 90}}\nobjects:\n{}", names.map(ball).concat());
+    assert_eq!(scene(&text).unwrap().names(), [Some("1:-🙂ö"), None, Some("-2:b"), Some("c")]);
 }

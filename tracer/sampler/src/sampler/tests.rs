@@ -1,7 +1,8 @@
 use crate::constraints::{Requirement, Shape, View};
 use crate::value::{Context, Drawn, Value};
 
-use super::{Caller, Group, Placement, Sampler};
+use super::{Caller, Group, Outcome, Rejections, Sampler, Try};
+use crate::json::mapping;
 
 const CONTEXT: Context<'_> = Context { index: 3, attempt: 0, element: 0, factors: &[] };
 const VIEW: View = View {
@@ -15,12 +16,12 @@ const VIEW: View = View {
     forward: [0.0, 0.0, -1.0],
 };
 
-/// A caller that knows no more objects, and waits.
+/// A caller that knows no more objects, gives them back as the reason, and waits.
 struct Alone;
 
 impl Caller for Alone {
-    fn shape_of(&mut self, _: &str) -> Option<Shape> {
-        None
+    fn shape_of(&mut self, json: &str) -> Result<Shape, String> {
+        Err(json.into())
     }
 
     fn is_cancelled(&mut self) -> bool {
@@ -80,65 +81,80 @@ fn balls(repeat: &str, radius: Value, span: f64) -> Group {
     )
 }
 
-fn placed(groups: Vec<Group>, tries: u64) -> Placement {
+/// A try and what it counts; the objects are in JSON, or there are none and perhaps an object that is not valid.
+struct Tried {
+    objects: Result<Vec<String>, Option<String>>,
+    rejections: Rejections,
+}
+
+fn tried(sampler: &Sampler, attempt: u64, attempts: u64) -> Tried {
+    let mut rejections = Rejections::default();
+    let own = Try { attempts, view: &VIEW, caller: &mut Alone, rejections: &mut rejections };
+    let objects = match sampler.place(&Context { attempt, ..CONTEXT }, own).unwrap() {
+        Outcome::Placed(placed) => Ok(placed.iter().map(|object| mapping(&object.keys)).collect()),
+        Outcome::Invalid(json) => Err(Some(json)),
+        Outcome::Failed => Err(None),
+    };
+    Tried { objects, rejections }
+}
+
+fn sampler(groups: Vec<Group>) -> Sampler {
     let order = (0..groups.len()).collect();
-    let sampler = Sampler { sections: Vec::new(), groups, order };
-    sampler.place(&CONTEXT, tries, &VIEW, &mut Alone).unwrap()
+    Sampler { sections: Vec::new(), groups, order }
 }
 
 #[test]
 fn objects_are_named_by_number_and_stand_in_the_order_of_the_file() {
     let groups = vec![balls("2", constant("1"), 1.0), floor()];
-    let sampler = Sampler { sections: Vec::new(), groups, order: vec![1, 0] };
-    let placement = sampler.place(&CONTEXT, 1, &VIEW, &mut Alone).unwrap();
-    let objects = placement.objects.unwrap();
-    let names: Vec<_> = objects.split("\"name\":").skip(1).map(|rest| rest.split('"').nth(1).unwrap()).collect();
-    assert_eq!(names, ["balls[0]", "balls[1]", "floor"]);
-    assert_eq!((placement.counts, placement.draws, placement.checks), (vec![2, 1], 0, Vec::new()));
+    let Tried { objects, rejections } = tried(&Sampler { order: vec![1, 0], ..sampler(groups) }, 0, 1);
+    let objects = objects.unwrap();
+    let names: Vec<_> =
+        objects.iter().map(|json| json.split("\"name\":\"").nth(1).unwrap().split('"').next()).collect();
+    assert_eq!(names, [Some("balls[0]"), Some("balls[1]"), Some("floor")]);
+    assert_eq!((rejections.draws, rejections.checks), (0, Vec::new()));
 }
 
 #[test]
 fn an_object_rests_on_its_plane() {
     let ball = Group { rest_on: Some(0), ..balls("1", constant("0.25"), 1.0) };
-    let objects = placed(vec![floor(), ball], 1).objects.unwrap();
-    assert!(objects.contains(",-0.75,-9.0]"), "{objects}");
+    let objects = tried(&sampler(vec![floor(), ball]), 0, 1).objects.unwrap();
+    assert!(objects[1].contains(",-0.75,-9.0]"), "{objects:?}");
 }
 
 #[test]
 fn an_object_is_drawn_again_until_it_meets_its_constraints() {
     let apart = vec![Requirement::new("apart", 0.0).unwrap()];
     let crowd = Group { requirements: apart, ..balls("4", constant("1"), 2.5) };
-    let placement = placed(vec![crowd], 1000);
-    assert!(placement.objects.is_some());
-    let [refusal] = &placement.refusals[..] else { panic!("nothing was refused") };
+    let Tried { objects, rejections } = tried(&sampler(vec![crowd]), 0, 1000);
+    assert_eq!(objects.unwrap().len(), 4);
+    let [refusal] = &rejections.refusals[..] else { panic!("nothing was refused") };
     assert_eq!((refusal.kind, refusal.ended), ("apart", 0));
-    assert_eq!((placement.draws, &placement.checks[..]), (4 + refusal.count, &[("apart", placement.draws)][..]));
+    assert_eq!(
+        (rejections.draws, &rejections.checks[..]),
+        (4 + refusal.count, &[("apart", rejections.draws)][..])
+    );
 }
 
 #[test]
 fn an_object_that_never_fits_ends_the_sample() {
     let apart = vec![Requirement::new("apart", 0.0).unwrap()];
     let crowd = Group { requirements: apart, ..balls("2", constant("9"), 1.0) };
-    let placement = placed(vec![crowd], 5);
-    assert_eq!(placement.objects, None);
-    let refusal = &placement.refusals[0];
+    let Tried { objects, rejections } = tried(&sampler(vec![crowd]), 0, 5);
+    assert_eq!(objects, Err(None));
+    let refusal = &rejections.refusals[0];
     assert_eq!((refusal.count, refusal.ended, refusal.last.as_str()), (5, 1, "balls[1] and balls[0]"));
 }
 
 #[test]
 fn an_object_that_is_not_valid_ends_the_sample() {
-    let placement = placed(vec![balls("1", constant("-1"), 1.0)], 5);
-    assert_eq!(placement.objects, None);
-    assert!(placement.invalid.unwrap().contains("\"radius\":-1"));
+    let objects = tried(&sampler(vec![balls("1", constant("-1"), 1.0)]), 0, 5).objects;
+    assert!(objects.unwrap_err().unwrap().contains("\"radius\":-1"));
 }
 
 #[test]
 fn attempts_and_elements_have_words_of_their_own() {
-    let texts = |attempt, repeat| {
-        let sampler =
-            Sampler { sections: Vec::new(), groups: vec![balls(repeat, constant("1"), 1.0)], order: vec![0] };
-        sampler.place(&Context { attempt, ..CONTEXT }, 1, &VIEW, &mut Alone).unwrap().objects.unwrap()
-    };
-    assert_ne!(texts(0, "1"), texts(1, "1"));
-    assert!(texts(0, "2").starts_with(texts(0, "1").trim_end_matches(']')));
+    let objects =
+        |attempt, repeat| tried(&sampler(vec![balls(repeat, constant("1"), 1.0)]), attempt, 1).objects.unwrap();
+    assert_ne!(objects(0, "1"), objects(1, "1"));
+    assert_eq!(objects(0, "2")[0], objects(0, "1")[0]);
 }

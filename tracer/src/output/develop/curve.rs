@@ -57,6 +57,11 @@ impl FromStr for ToneCurve {
 }
 
 impl ToneCurve {
+    /// Its name in scene files.
+    pub fn name(self) -> &'static str {
+        CURVES[self as usize].name
+    }
+
     /// Return Y for exposed light x, 0 or more.
     pub(super) fn apply(self, x: f64) -> f64 {
         (CURVES[self as usize].y)(x)

@@ -275,6 +275,16 @@ proptest! {
     }
 }
 
+#[test]
+fn with_alpha_a_color_is_that_of_the_samples_that_hit() {
+    let developer = Developer::new(0.0, ToneCurve::Clip, BitDepth::Eight);
+    let mut radiance = [0.25, 0.5, 0.0, 0.7, 0.7, 0.7, 1e38, 0.0, 0.0];
+    let mut levels = [9; 12];
+    developer.develop_straight(&mut radiance, &[0.5, 0.0, 1e-3], &mut levels);
+    let [half, white] = [0.5, 1.0].map(|x| exact(x, 0.0, ToneCurve::Clip, BitDepth::Eight) as u8);
+    assert_eq!(levels, [half, white, 0, 128, 0, 0, 0, 0, white, 0, 0, 0]);
+}
+
 proptest! {
     // The tables of 16 bits take their time.
     #![proptest_config(ProptestConfig::with_cases(24))]
@@ -288,5 +298,21 @@ proptest! {
     ) {
         let exactly: Vec<u32> = radiance.iter().map(|&x| exact(x, exposure, tone, BitDepth::Sixteen)).collect();
         prop_assert_eq!(developed(&Developer::new(exposure, tone, BitDepth::Sixteen), &radiance), exactly);
+    }
+
+    #[test]
+    fn opaque_pixels_are_those_without_alpha(
+        mut radiance in prop::collection::vec(0.0_f32..1.5, 3 * 600),
+        bits in prop::sample::select(&DEPTHS[..]),
+    ) {
+        let developer = Developer::new(0.0, ToneCurve::Clip, bits);
+        let mut plain = vec![0; 600 * developer.bytes_per_pixel()];
+        developer.develop(&radiance, &mut plain);
+        let mut levels = vec![0; 600 * (developer.bytes_per_pixel() + bits.bytes())];
+        developer.develop_straight(&mut radiance, &[1.0; 600], &mut levels);
+        for (pixel, plain) in levels.chunks(4 * bits.bytes()).zip(plain.chunks(3 * bits.bytes())) {
+            prop_assert_eq!(&pixel[..plain.len()], plain);
+            prop_assert!(pixel[plain.len()..].iter().all(|&byte| byte == 255));
+        }
     }
 }
