@@ -1,3 +1,4 @@
+import copy
 import hashlib
 import io
 import json
@@ -389,6 +390,19 @@ def test_clevr_has_the_pixel_of_each_object_and_its_depth(scenes, pictures):
                 assert passes_of(picture)["depth"][line, column] == pytest.approx(depth - row["radius"], abs=0.1)
                 tried += 1
     assert tried
+
+
+@pytest.mark.parametrize("ahead", [0, -3])
+def test_clevr_has_no_pixel_of_an_object_that_is_not_in_front_of_the_camera(pictures, tmp_path, ahead):
+    labels = copy.deepcopy(pictures[0][1])
+    row = next(row for row in labels["objects"] if row["type"] != "plane")
+    labels["camera"]["opencv"]["world_to_camera"] = np.eye(4).tolist()
+    row["position"] = [0.5, 0.25, ahead]
+    layout = Layout(tmp_path)
+    layout.parts.mkdir(parents=True)
+    FORMATS["clevr"].finish_set(layout, "train", [labels])
+    [scene] = json.loads((tmp_path / "scenes" / "train.json").read_text())["scenes"]
+    assert scene["objects"][0]["pixel_coords"] is None
 
 
 def test_clevr_has_directions_along_the_ground(scenes):
