@@ -1416,6 +1416,11 @@ def _extent(sight: Array) -> tuple[Array, float]:
     return nearest, float(length(sight - nearest).max())
 
 
+def _apart(to_object: Array, wi: Array, distance: Array) -> Array:
+    """Return the directions to objects from the nearest points of paths along wi, of a length: (3, ...)."""
+    return unit(to_object - np.clip(dot(to_object, wi), 0.0, distance) * wi)
+
+
 def path_to_light(source: LightSource, ray: Ray, hit: Hit) -> PathToLight:
     """Return the paths from the points that rays hit to a light (section 2.3.1)."""
     sight = ray.sight(hit.t)
@@ -1543,6 +1548,7 @@ class Scenery:
         self.shining = np.array([shape.source_object is not None for shape in objects], dtype=bool)
         self.solid = np.array([shape.is_solid for shape in objects], dtype=bool)
         self._positions = np.hstack([np.zeros((3, 0)), *(shape.position for shape in objects)])
+        self._sizes = np.array([shape.size if shape.is_solid else np.inf for shape in objects])
 
     def render_img_to_rgb_array(
         self, window: Window, threads: int = 1, progress: Progress | None = None, passes: tuple[str, ...] = ()
@@ -1822,34 +1828,37 @@ class Scenery:
         """Return which objects the paths from hits to each light may meet: (sources, objects).
 
         Soft shadows take long unless most objects are left out here. No path meets an object that a plane
-        separates from all paths: with C the object's position, s the spread of the hits around P, and some unit
-        vector d across the plane, ::
+        separates from all paths: with C the object's position, P one of the hits P_i, and some unit vector d
+        across the plane, ::
 
-            (C - P) . d - extent(d) > max(s, r l . d)
+            (C - P) . d - extent(d) > max((P_i - P) . d, r l . d)
 
-        Tried are those from the nearest point of the path to the object, into the surface, and onto the object's
-        flat faces.
+        Tried are those from the nearest point of the path to the object, with a sphere around it first, into the
+        surface, and onto the object's flat faces.
         """
-        middle, spread = _extent(ray.sight(hit.t))
+        sight = ray.sight(hit.t)
+        middle, spread = _extent(sight)
         point = ray.offset + middle
         ways = [source.way_from(point, np.zeros((3, 1))) for source in sources]
         distance, wi = np.array([r for r, _ in ways]).ravel(), np.hstack([wi for _, wi in ways])
-        near = np.full((len(sources), len(self.objects)), bool(hit.index.size))
         if not hit.index.size:
-            return near
-        receiver = hit.index[0] if (hit.index == hit.index[0]).all() else NOTHING
+            return np.zeros((len(sources), len(self.objects)), dtype=bool)
         to_objects = self._positions - point
         rounding = APART * (length(to_objects) + np.abs(point).sum() + spread) + NO_SQUARE
-        for i, shape in enumerate(self.objects):
-            if i == receiver:  # no object stands in its own light
-                near[:, i] = False
-                continue
-            to_object = to_objects[:, i : i + 1]
-            apart = to_object - np.clip(dot(to_object, wi), 0.0, distance) * wi
+        apart = _apart(to_objects[:, None], wi[:, :, None], distance[:, None])
+        away = dot(to_objects[:, None], apart) - self._sizes - rounding
+        near: Mask = ~(away > np.maximum(spread, distance[:, None] * dot(wi[:, :, None], apart)))
+        if (hit.index == hit.index[0]).all():  # no object stands in its own light
+            near[:, hit.index[0]] = False
+        offsets = sight - middle
+        low, high = offsets.min(axis=1, keepdims=True), offsets.max(axis=1, keepdims=True)
+        for i in np.flatnonzero(near.any(axis=0)).tolist():
+            shape, to_object = self.objects[i], to_objects[:, i : i + 1]
             onto_faces = (np.copysign(1.0, dot(to_object, face)) * face for face in shape.flat)
-            for direction in (unit(apart), -hit.normal[:, :1], *onto_faces):
-                free = dot(to_object, direction) - shape.extent(direction) - rounding[i]
-                near[:, i] &= ~(free > np.maximum(spread, distance * dot(wi, direction)))
+            for direction in (_apart(to_object, wi, distance), -hit.normal[:, :1], *onto_faces):
+                away = dot(to_object, direction) - shape.extent(direction) - rounding[i]
+                beyond = np.maximum(low * direction, high * direction).sum(axis=0)
+                near[:, i] &= ~(away > np.maximum(beyond, distance * dot(wi, direction)))
         return near
 
     def occluders(
