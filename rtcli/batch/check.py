@@ -10,7 +10,7 @@ from typing import Any
 
 from rtcli.atomic import atomic_copy_all
 from rtcli.batch.jobs import Job
-from rtcli.batch.pool import Result, Workers, results
+from rtcli.batch.pool import Result, Workers, bytes_of_file, results
 from rtcli.batch.worker import BatchTask, failure, rendered
 from rtcli.compare.bounds import Bounds
 from rtcli.compare.difference import Compared, difference_paths, drawings
@@ -117,7 +117,7 @@ def check_jobs(
     """
     room = _MAX_SHOWN_BYTES
     try:
-        for item in results(workers, check_job, _tasks(request, jobs, scratch)):
+        for item in results(workers, check_job, _tasks(request, jobs, scratch), bytes_of_file):
             if item is None:
                 continue
             result = _kept(item.task, item.value if item.error is None else item.task.failed(item.error))

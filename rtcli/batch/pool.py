@@ -9,10 +9,11 @@ import multiprocessing
 import os
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from multiprocessing.context import SpawnContext, SpawnProcess
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 from rtcli import signals
 
@@ -24,6 +25,9 @@ _GROUPS_PER_WORKER = 2
 
 # Waking a worker and taking its result costs a tenth of the time of a small picture, so short tasks share it.
 _GROUP_SECONDS, _MAX_GROUP = 0.02, 16
+
+# A group ends early after so many seconds, and has so many bytes of tasks.
+_MOST_SECONDS, _MAX_GROUP_BYTES = 0.1, 1 << 20
 
 # Seconds between asking workers to end and killing them.
 _GRACE_PERIOD = 1.0
@@ -81,6 +85,18 @@ class Result(NamedTuple):
     error: BaseException | None = None
 
 
+class _Raw(Protocol):
+    """A task with the bytes of a file."""
+
+    @property
+    def raw(self) -> bytes: ...
+
+
+def bytes_of_file(task: _Raw) -> int:
+    """Return how large a task is that has the bytes of a file."""
+    return len(task.raw)
+
+
 class _Made(NamedTuple):
     """The values of the first tasks of a group, and the seconds that a task took."""
 
@@ -89,7 +105,10 @@ class _Made(NamedTuple):
 
 
 def results(
-    workers: Workers, function: Callable[[_T], _R], tasks: Iterable[_T | Result]
+    workers: Workers,
+    function: Callable[[_T], _R],
+    tasks: Iterable[_T | Result],
+    bytes_of: Callable[[_T], int] = lambda task: 0,
 ) -> Iterator[Result | None]:
     """Yield the results of tasks in the order of completion, and None now and then while there are none.
 
@@ -104,10 +123,12 @@ def results(
         The function to call with each task.
     tasks
         The tasks, taken as slots become free; a `Result` among them is yielded as it is.
+    bytes_of
+        Returns how large a task is; groups of large tasks are small.
     """
-    waiting, pending, size = iter(tasks), dict[Future[_Made], list[_T]](), 1
+    queue, pending = _Queue(tasks, bytes_of), dict[Future[_Made], list[_T]]()
     while True:
-        known, failed = _fill_slots(workers, function, waiting, pending, size)
+        known, failed = _fill_slots(workers, function, queue, pending)
         yield from known
         if not pending and not failed:
             return
@@ -115,36 +136,68 @@ def results(
         if not done and not failed:
             yield None
         for future in done:
-            group, is_lost = pending.pop(future), future.exception() is not None
-            made = _Made([], _GROUP_SECONDS) if is_lost else future.result()
-            size = max(1, min(_MAX_GROUP, int(_GROUP_SECONDS / max(made.seconds, 1e-6))))
-            yield from map(Result, group, made.values)
-            failed += group[len(made.values) :]
+            group = pending.pop(future)
+            made = None if future.exception() is not None else future.result()
+            if made is None and len(group) == 1:
+                failed += group
+                continue
+            values = [] if made is None else made.values
+            yield from map(Result, group, values)
+            queue.put_back(group[len(values) :])
+            queue.learn(None if made is None else made.seconds)
         yield from (_retry(workers, function, task) for task in failed)
 
 
+class _Queue:
+    """The tasks that wait, in groups that take a worker about `_GROUP_SECONDS`."""
+
+    def __init__(self, tasks: Iterable[Any], bytes_of: Callable[[Any], int]) -> None:
+        self._tasks = iter(tasks)
+        self._bytes_of = bytes_of
+        self._single: deque[Any] = deque()
+        self._size = 1
+
+    def take(self) -> list[Any]:
+        """Return the next tasks, and results among them; none at the end."""
+        if self._single:
+            return [self._single.popleft()]
+        taken, size = list[Any](), 0
+        for task in itertools.islice(self._tasks, self._size):
+            taken.append(task)
+            size += 0 if isinstance(task, Result) else self._bytes_of(task)
+            if size > _MAX_GROUP_BYTES:
+                break
+        return taken
+
+    def put_back(self, tasks: Iterable[Any]) -> None:
+        """Have tasks of a group that was not finished go to workers one by one, before others."""
+        self._single.extend(tasks)
+
+    def learn(self, seconds: float | None) -> None:
+        """Take as many tasks at a time as suits the seconds of one; None after a group that failed."""
+        each = _GROUP_SECONDS if seconds is None else max(seconds, 1e-6)
+        self._size = max(1, min(_MAX_GROUP, int(_GROUP_SECONDS / each)))
+
+
 def _fill_slots(
-    workers: Workers,
-    function: Callable[[_T], _R],
-    waiting: Iterator[_T | Result],
-    pending: dict[Future[_Made], list[_T]],
-    size: int,
+    workers: Workers, function: Callable[[_T], _R], queue: _Queue, pending: dict[Future[_Made], list[_T]]
 ) -> tuple[list[Result], list[_T]]:
-    """Submit groups while slots are free; return the results among the tasks, and the group that was refused."""
+    """Submit groups while slots are free; return the results among the tasks, and the task that was refused."""
     known = list[Result]()
-    while len(pending) < workers.slots and (taken := list(itertools.islice(waiting, size))):
+    while len(pending) < workers.slots and (taken := queue.take()):
         known += [task for task in taken if isinstance(task, Result)]
         group = [task for task in taken if not isinstance(task, Result)]
         try:
             if group:
                 pending[workers.submit(_make, (function, group))] = group
         except BrokenExecutor:
-            return known, group
+            queue.put_back(group[1:])
+            return known, group[:1]
     return known, []
 
 
 def _make(work: tuple[Callable[[_T], _R], Sequence[_T]]) -> _Made:
-    """Call a function with tasks until one fails, in a worker; raise the error of the first."""
+    """Call a function with tasks, in a worker, until they have taken long or one fails; the first may raise."""
     function, tasks = work
     values, start = list[_R](), time.perf_counter()
     for task in tasks:
@@ -153,6 +206,8 @@ def _make(work: tuple[Callable[[_T], _R], Sequence[_T]]) -> _Made:
         except Exception:
             if not values:
                 raise
+            break
+        if time.perf_counter() - start > _MOST_SECONDS:
             break
     return _Made(values, (time.perf_counter() - start) / len(values))
 

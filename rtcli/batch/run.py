@@ -13,7 +13,7 @@ from rtcli.batch.hashes import sha256
 from rtcli.batch.jobs import Job
 from rtcli.batch.manifest import Manifest, extra_paths, output_paths
 from rtcli.batch.plan import Plan
-from rtcli.batch.pool import Result, Workers, results
+from rtcli.batch.pool import Result, Workers, bytes_of_file, results
 from rtcli.batch.worker import BatchTask, Outcome, failure, open_outputs, render_job
 from rtcli.scene.files import read_file
 
@@ -46,7 +46,7 @@ def execute(batch: Batch) -> Generator[tuple[Job, Outcome]]:
             # Start from the present entry, which pruning may have changed.
             batch.manifest.put(key, {**batch.manifest.entry(key), "input": entry["input"]})
         try:
-            for result in results(batch.workers, render_job, _tasks(batch, scratch)):
+            for result in results(batch.workers, render_job, _tasks(batch, scratch), bytes_of_file):
                 if result is None:
                     batch.manifest.save_if_due(scratch)
                     continue

@@ -9,6 +9,7 @@ the steps between radiance and value, which the compiled core takes at once, hav
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -34,6 +35,8 @@ from rtcli.tracer.reference import (
     Array,
     Ray,
     ReferenceTracer,
+    Scenery,
+    ShadowTest,
     SimpleCamera,
     mean_of_samples,
 )
@@ -78,7 +81,7 @@ def explain(
     check_pixel(scene, x, y, sample)
     # Misses and infinities are ordinary numbers to the tracer.
     with np.errstate(all="ignore"):
-        return _Pixel(scene, (x, y), prepared).explanation(sample - 1, progress)
+        return _Pixel(scene, (x, y), sample - 1, prepared).explanation(progress)
 
 
 def check_pixel(scene: Scene, x: int, y: int, sample: int = 1) -> None:
@@ -93,9 +96,10 @@ def check_pixel(scene: Scene, x: int, y: int, sample: int = 1) -> None:
 class _Pixel:
     """A pixel of a scene. Its samples are traced together, which the tracer's results do not depend on."""
 
-    def __init__(self, scene: Scene, pixel: tuple[int, int], prepared: PreparedScene | None) -> None:
+    def __init__(self, scene: Scene, pixel: tuple[int, int], sample: int, prepared: PreparedScene | None) -> None:
         self.scene = scene
         self.prepared = prepared
+        self.sample = sample
         self.pixel = pixel
         self.window = Window(*pixel, 1, 1)
         self.offsets = list(sample_offsets(scene.render.samples))
@@ -115,12 +119,25 @@ class _Pixel:
         self.rays = rays_through(scenery.camera, self.window, self.offsets)
         self.hits = scenery.nearest_hit(self.rays)
         # The story of a sample tells of the same tests that its light comes from.
-        tests = scenery.shadow_tests(self.rays, self.hits) if scenery.settings.max_depth > 0 else ()
-        self.shadows = [[test.kept() for test in of_light] for of_light in tests]
-        self.light = scenery.trace_ray(self.rays, self.hits, self.shadows)[0].rgb
+        self.shadows: list[list[ShadowTest]] = []
+        self.light = scenery.trace_ray(self.rays, self.hits, self._shadow_tests(scenery))[0].rgb
 
-    def explanation(self, chosen: int, progress: Progress | None) -> Explanation:
-        """Return the explanation with the story of one sample, counted from 0."""
+    def _shadow_tests(self, scenery: Scenery) -> Iterator[Iterator[ShadowTest]]:
+        """Yield the tests of all samples for each light, and keep those of the sample to tell of."""
+        places = np.flatnonzero(scenery.receivers(self.hits) == self.sample).tolist()
+        for tests in scenery.shadow_tests(self.rays, self.hits):
+            if places:
+                self.shadows.append([])
+            yield self._kept(tests, places)
+
+    def _kept(self, tests: Iterator[ShadowTest], places: Sequence[int]) -> Iterator[ShadowTest]:
+        for test in map(ShadowTest.kept, tests):
+            for place in places:
+                self.shadows[-1].append(test.at(place))
+            yield test
+
+    def explanation(self, progress: Progress | None) -> Explanation:
+        """Return the explanation with the story of the sample."""
         image = self.scene.image
         # Summed one after the other, as the tracer does for a picture.
         radiance = mean_of_samples(np.add.accumulate(self.light, axis=1)[:, -1], len(self.offsets))
@@ -131,7 +148,7 @@ class _Pixel:
             Sample(offset, None if index == NOTHING else self.names[index], triple(light))
             for offset, index, light in zip(self.offsets, self.hits.index, self.light.T, strict=True)
         )
-        point, story = self._story(chosen)
+        point, story = self._story()
         return Explanation(
             resolution=self.scene.camera.resolution,
             pixel=self.pixel,
@@ -183,24 +200,19 @@ class _Pixel:
         metered = self.tracer.exposure(progress)
         return metered.stops, metered.percentile
 
-    def _story(self, chosen: int) -> tuple[SurfacePoint, Story]:
-        """Return the point of a sample among the objects that are listed, and its story."""
-        only = np.array([chosen])
+    def _story(self) -> tuple[SurfacePoint, Story]:
+        """Return the point of the sample among the objects that are listed, and its story."""
+        only = np.array([self.sample])
         ray, hit = self.rays.take(only), self.hits.take(only)
-        shadows = [
-            [test.at(place) for test in tests]
-            for place in np.flatnonzero(self.tracer.scenery.receivers(self.hits) == chosen).tolist()
-            for tests in self.shadows
-        ]
-        point = SurfacePoint(self.tracer.world, self.tracer.scenery, self.names, ray, hit, shadows)
+        point = SurfacePoint(self.tracer.world, self.tracer.scenery, self.names, ray, hit, self.shadows)
         lights, listed = lights_step(point), self._among_listed(point)
         return listed, Story(
-            sample=chosen + 1,
-            ray=self._ray_step(ray, self.offsets[chosen]),
+            sample=self.sample + 1,
+            ray=self._ray_step(ray, self.offsets[self.sample]),
             intersections=intersect_all(listed.scenery, listed.names, ray, listed.hit, len(self.scene.objects)),
             hit=hit_step(point),
             lights=lights,
-            radiance=radiance_step(point, self.light[:, chosen], lights.lights),
+            radiance=radiance_step(point, self.light[:, self.sample], lights.lights),
         )
 
     def _among_listed(self, point: SurfacePoint) -> SurfacePoint:

@@ -97,13 +97,42 @@ def test_tasks_go_to_a_worker_in_groups_that_take_it_some_time(seconds, sizes, m
     assert workers.sizes == sizes
 
 
+def test_large_tasks_go_to_a_worker_in_small_groups(monkeypatch):
+    monkeypatch.setattr("rtcli.batch.pool._GROUP_SECONDS", 1e9)
+    monkeypatch.setattr("rtcli.batch.pool._MAX_GROUP_BYTES", 10)
+    with ThreadPoolExecutor(1) as threads:
+        workers = Recording(threads)
+        found = [result.value for result in news(workers, eval, [str(10**number) for number in range(12)], len)]
+    assert found == [10**number for number in range(12)]
+    assert workers.sizes == [1, 4, 2, 2, 2, 1]
+
+
+def test_group_ends_with_a_task_that_takes_long(monkeypatch):
+    monkeypatch.setattr("rtcli.batch.pool._GROUP_SECONDS", 1e9)
+    monkeypatch.setattr("rtcli.batch.pool._MOST_SECONDS", 0)
+    with ThreadPoolExecutor(1) as threads:
+        workers = Recording(threads)
+        found = [result.value for result in news(workers, eval, list(map(str, range(40))))]
+    assert sorted(found) == list(range(40))
+    # What was not begun goes to workers one by one.
+    assert workers.sizes == [1, 16, *[1] * 15, 16, *[1] * 15, 7, *[1] * 6]
+
+
 def test_task_that_fails_in_a_group_costs_no_other(monkeypatch):
     monkeypatch.setattr("rtcli.batch.pool._GROUP_SECONDS", 1e9)
-    tasks = [*map(str, range(9)), "1/0", *map(str, range(9, 12))]
+    calls = []
+
+    def work(task):
+        calls.append(task)
+        if task == 7 or (task in (8, 20) and calls.count(task) == 1):
+            raise MemoryError(task)
+        return task
+
     with ThreadPoolExecutor(1) as threads:
-        found = list(news(Recording(threads), eval, tasks))
-    assert [result.task for result in found] == tasks
-    assert [result.task for result in found if result.error is not None] == ["1/0"]
+        found = {result.task: result for result in news(Recording(threads), work, range(30))}
+    assert [task for task, result in found.items() if result.error is not None] == [7]
+    assert found.keys() == set(range(30))
+    assert all(calls.count(task) == 1 for task in found.keys() - {7, 8, 20})
 
 
 def test_worker_that_dies_at_work_on_a_group_costs_its_own_task_alone(local, monkeypatch):
@@ -112,6 +141,7 @@ def test_worker_that_dies_at_work_on_a_group_costs_its_own_task_alone(local, mon
     found = {result.task: result for result in news(local, eval, tasks)}
     assert isinstance(found.pop(DIE).error, WorkerDiedError)
     assert {result.value for result in found.values()} == set(range(40))
+    assert all(result.error is None for result in found.values())
 
 
 def test_task_that_raises_is_tried_once_more_and_then_told():

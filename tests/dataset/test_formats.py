@@ -392,12 +392,16 @@ def test_clevr_has_the_pixel_of_each_object_and_its_depth(scenes, pictures):
     assert tried
 
 
-@pytest.mark.parametrize("ahead", [0, -3])
-def test_clevr_has_no_pixel_of_an_object_that_is_not_in_front_of_the_camera(pictures, tmp_path, ahead):
+@pytest.mark.parametrize("lens", ["intrinsics", "height"])
+@pytest.mark.parametrize("position", [[0.5, 0.25, 0], [0.5, 0.25, -3], [1e308, 0, 1e-9], [0, -1e308, 0.01]])
+def test_clevr_has_no_pixel_of_an_object_that_no_camera_shows_there(pictures, tmp_path, lens, position):
     labels = copy.deepcopy(pictures[0][1])
-    row = next(row for row in labels["objects"] if row["type"] != "plane")
-    labels["camera"]["opencv"]["world_to_camera"] = np.eye(4).tolist()
-    row["position"] = [0.5, 0.25, ahead]
+    camera, row = labels["camera"], next(row for row in labels["objects"] if row["type"] != "plane")
+    camera["opencv"]["world_to_camera"] = np.eye(4).tolist()
+    if lens == "height":
+        camera["height"] = 1e-3
+        del camera["intrinsics"]
+    row["position"] = position
     layout = Layout(tmp_path)
     layout.parts.mkdir(parents=True)
     FORMATS["clevr"].finish_set(layout, "train", [labels])

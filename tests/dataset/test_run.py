@@ -57,7 +57,7 @@ class Shuffled(Workers):
     def work(self):
         random.Random(3).shuffle(self.waiting)
         for future, function, task in self.waiting:
-            self.order.append(task.piece.start)
+            self.order.append(task[1][0].piece.start)
             future.set_result(function(task))
 
 

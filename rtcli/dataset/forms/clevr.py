@@ -96,18 +96,18 @@ def _object(row: Mapping[str, Any], camera: Mapping[str, Any]) -> dict[str, Any]
 def _pixel(position: Vector, camera: Mapping[str, Any]) -> tuple[int, int, float] | None:
     """Return where the picture shows a point, in pixels from its upper left corner, and the depth of the point.
 
-    A point that is not in front of a perspective camera is in no pixel.
+    A point that is not in front of the camera, or infinitely far beside the picture, is in no pixel.
     """
     x, y, depth = (dot(row[:3], position) + row[3] for row in camera["opencv"]["world_to_camera"][:3])
+    if depth <= 0:
+        return None
     if "intrinsics" in camera:
-        if depth <= 0:
-            return None
         (focal_x, _, center_x), (_, focal_y, center_y), _ = camera["intrinsics"]
         x, y = focal_x * x / depth + center_x + 0.5, focal_y * y / depth + center_y + 0.5
     else:
         width, height = camera["resolution"]
         x, y = (height / camera["height"] * way + side / 2 for way, side in ((x, width), (y, height)))
-    return round(x), round(y), depth
+    return (round(x), round(y), depth) if math.isfinite(x) and math.isfinite(y) else None
 
 
 def _directions(camera_to_world: Sequence[Sequence[float]]) -> dict[str, Vector]:
