@@ -1,4 +1,4 @@
-"""Where the values of a plainly valid file stand, without the exact readers: these take half a kilobyte for each."""
+"""Where the values of a plainly valid file stand, without the exact readers, which take half a KB for each."""
 
 from __future__ import annotations
 
