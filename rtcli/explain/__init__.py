@@ -116,8 +116,10 @@ class _Pixel:
         self.native = NativeTracer(world, default_threads()) if prepared is None else prepared.native
         self.tracer = ReferenceTracer(world, default_threads())
         scenery = self.tracer.scenery
-        self.rays = rays_through(scenery.camera, self.window, self.offsets)
-        self.hits = scenery.nearest_hit(self.rays)
+        # The last ray is that through the center.
+        rays = rays_through(scenery.camera, self.window, (*self.offsets, CENTRE))
+        hits, samples = scenery.nearest_hit(rays), np.arange(len(self.offsets))
+        self.rays, self.hits, self.center = rays.take(samples), hits.take(samples), int(hits.index[-1])
         # The story of a sample tells of the same tests that its light comes from.
         self.shadows: list[list[ShadowTest]] = []
         self.light = scenery.trace_ray(self.rays, self.hits, self._shadow_tests(scenery))[0].rgb
@@ -179,7 +181,7 @@ class _Pixel:
         exposure, _ = stops_of(self.native, image.exposure)
         alpha = self._alpha(shown)
         value = developed(radiance, DisplayTransform(exposure, image.tone), alpha)
-        samples = PixelSamples(self.tracer.scenery, self.window, self.offsets)
+        samples = PixelSamples(self.tracer.scenery, self.window, self.offsets, self.center)
         return NativePixel(
             radiance=triple(radiance),
             exposure=exposure,

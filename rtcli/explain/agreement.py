@@ -36,12 +36,15 @@ class PixelSamples:
         The pixel.
     offsets
         The position of each sample in the pixel.
+    center
+        The index of the object at the pixel's center, or `NOTHING`.
     """
 
-    def __init__(self, scenery: Scenery, window: Window, offsets: list[tuple[float, float]]) -> None:
+    def __init__(self, scenery: Scenery, window: Window, offsets: list[tuple[float, float]], center: int) -> None:
         self.scenery = scenery
         self.window = window
         self.offsets = offsets
+        self.center = center
 
     def agreement(self, reference: Array, native: Array, seen: int) -> str:
         """Return how the engines agree on the pixel: one of `AGREEMENTS`, or `DISAGREE`.
@@ -53,8 +56,8 @@ class PixelSamples:
         seen
             The index of the object at the pixel's center as the native engine sees it, or `NOTHING`.
         """
-        same = seen in self._objects_at((0.0, 0.0))
-        if not same and seen not in self._objects_at(*AROUND):
+        same = seen == self.center
+        if not same and seen not in self._objects_around():
             return DISAGREE
         agreement = self._agreement_of_radiance(reference, native)
         return agreement if same or agreement == DISAGREE else AT_A_BORDER
@@ -71,10 +74,10 @@ class PixelSamples:
             return AT_A_BORDER
         return DISAGREE
 
-    def _objects_at(self, *offsets: tuple[float, float]) -> set[int]:
-        """Return the indices of the objects at offsets right of and below the pixel's center, or `NOTHING`."""
+    def _objects_around(self) -> set[int]:
+        """Return the indices of the objects at the places around the pixel's center, or `NOTHING`."""
         u, v = CENTRE
-        ray = rays_through(self.scenery.camera, self.window, [(u + x, v + y) for x, y in offsets])
+        ray = rays_through(self.scenery.camera, self.window, [(u + x, v + y) for x, y in AROUND])
         return set(self.scenery.nearest_hit(ray).index.tolist())
 
     def _radiance_around(self) -> Array:
