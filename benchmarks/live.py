@@ -1,15 +1,16 @@
-"""Time `rtcli live`: from a save to the event that announces its picture, and to the picture's bytes.
+"""Time `rtcli live`: from a save to the event that announces its picture, and to the picture's bytes; and stories.
 
     python benchmarks/live.py [--saves N] [SCENE ...]
 
 The client holds a stream of events open and fetches each picture, as the page does, but does not decode it. The
-time of the save is that of the rename that puts the new file into place.
+time of the save is that of the rename that puts the new file into place. Stories are those of pixels in a grid.
 """
 
 from __future__ import annotations
 
 import argparse
 import http.client
+import itertools
 import re
 import statistics
 import subprocess
@@ -20,16 +21,32 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 SCENES = [ROOT / "scenes" / f"{name}.yaml" for name in ("first", "cornell", "still-life", "city", "lantern")]
+# Their lights have a size: pictures take long.
+SOFT = [ROOT / "scenes" / f"{name}.yaml" for name in ("chess", "temple", "calibration-board", "sundial")]
+SIZE = 640, 480
 
-# The bounds for the picture in the page, milliseconds.
+# The bounds for the picture in the page, and for a story, milliseconds.
 MEDIAN, P95 = 60, 120
+STORY = 50
+
+# The columns and rows of the pixels whose stories are told.
+GRID = 8, 6
 
 
 class LiveServer:
     """`rtcli live` for a file, with a stream of its events."""
 
     def __init__(self, scene: Path) -> None:
-        command = [sys.executable, "-m", "rtcli", "live", str(scene), "--no-browser", "--size", "640x480"]
+        command = [
+            sys.executable,
+            "-m",
+            "rtcli",
+            "live",
+            str(scene),
+            "--no-browser",
+            "--size",
+            "x".join(map(str, SIZE)),
+        ]
         self.process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
         assert self.process.stderr is not None
         match = re.search(r":([0-9]+)/\?token=(\S+)", self.process.stderr.readline())
@@ -47,10 +64,12 @@ class LiveServer:
             if match is not None and int(match[1]) != known:
                 return int(match[1])
 
-    def fetch(self) -> None:
-        """Read the picture."""
-        self.pictures.request("GET", f"/picture?token={self.token}")
-        self.pictures.getresponse().read()
+    def fetch(self, path: str = "picture", query: str = "") -> None:
+        """Read the picture, or something else."""
+        self.pictures.request("GET", f"/{path}?token={self.token}{query}")
+        response = self.pictures.getresponse()
+        response.read()
+        assert response.status == http.HTTPStatus.OK
 
     def end(self) -> None:
         """End the program."""
@@ -74,11 +93,34 @@ def main() -> None:
     sys.stdout.write(f"bounds to the page: median {MEDIAN} ms, 95th percentile {P95} ms\n")
     sys.stdout.write("scene at 640x480, milliseconds        event: median  p95   picture: median  p95\n")
     for scene in arguments.scenes:
-        to_event, to_picture = latencies(scene, arguments.saves)
-        figures = "  ".join(
-            f"{f(times):14.1f}" for times in (to_event, to_picture) for f in (statistics.median, p95)
-        )
-        sys.stdout.write(f"{scene.stem:30}{figures}\n")
+        write_row(scene, *latencies(scene, arguments.saves))
+    sys.stdout.write(f"bound of a story: {STORY} ms\n")
+    sys.stdout.write("scene at 640x480, milliseconds        story: median  p95\n")
+    for scene in (*arguments.scenes, *SOFT):
+        write_row(scene, stories(scene))
+
+
+def write_row(scene: Path, *columns: list[float]) -> None:
+    """Print the median and the 95th percentile of each column."""
+    figures = "  ".join(f"{f(times):14.1f}" for times in columns for f in (statistics.median, p95))
+    sys.stdout.write(f"{scene.stem:30}{figures}\n")
+
+
+def stories(scene: Path) -> list[float]:
+    """Return the milliseconds that the stories of pixels in a grid take."""
+    times = []
+    server = LiveServer(scene)
+    try:
+        server.next_picture(-1)
+        server.fetch("pixel", "&x=0&y=0")
+        for column, row in itertools.product(range(GRID[0]), range(GRID[1])):
+            x, y = (int((at + 0.5) * n / of) for at, n, of in zip((column, row), SIZE, GRID, strict=True))
+            start = time.perf_counter()
+            server.fetch("pixel", f"&x={x}&y={y}")
+            times.append((time.perf_counter() - start) * 1e3)
+    finally:
+        server.end()
+    return times
 
 
 def latencies(scene: Path, saves: int) -> tuple[list[float], list[float]]:
