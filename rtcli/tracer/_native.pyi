@@ -527,12 +527,13 @@ class Enclosures:
     ) -> tuple[int, int] | None:
         """Return the place of the first of some boxes, uint64, that another holds, and the index of that one.
 
-        The search begins at a place; `is_wanted` is told the indices of the inner box and the outer one.
+        The search begins at a place and looks at no index after the box it finds; `is_wanted` gets the indices of the
+        inner box and the outer one.
 
         Raises
         ------
         ValueError
-            If there is no box with such an index.
+            If there is no box with an index that it looks at.
         """
 
 @final

@@ -88,17 +88,19 @@ impl Enclosures {
         Ok(None)
     }
 
-    /// Returns the first of some boxes that another holds, by its place among them, and that other one.
+    /// Returns the first of some boxes that another holds, by its place among them, and that other one. It takes no
+    /// box after that.
     ///
     /// # Errors
     ///
-    /// The first one of `is_wanted`, which is told the inner box and the outer one.
+    /// The first one of `inner`, or of `is_wanted`, which gets the inner box and the outer one.
     pub fn first_inside<E>(
         &mut self,
-        inner: impl IntoIterator<Item = usize>,
+        inner: impl IntoIterator<Item = Result<usize, E>>,
         mut is_wanted: impl FnMut(usize, usize) -> Result<bool, E>,
     ) -> Result<Option<(usize, usize)>, E> {
         for (place, inner) in inner.into_iter().enumerate() {
+            let inner = inner?;
             let found =
                 self.around(self.boxes.get(inner), |outer| Ok(outer != inner && is_wanted(inner, outer)?))?;
             if let Some(outer) = found {
@@ -241,9 +243,17 @@ mod tests {
         let mut search =
             Enclosures::new(cubes(&[(0.0, 5.0), (1.0, 1.0), (9.0, 1.0), (2.0, 1.0)]), &[0, 1, 2, 3], 100);
         let wanted = |_, _| Ok::<_, Infallible>(true);
-        assert_eq!(search.first_inside([0, 2, 3, 1], wanted), Ok(Some((2, 0))));
-        assert_eq!(search.first_inside([1], wanted), Ok(Some((0, 0))));
-        assert_eq!(search.first_inside([0, 2], wanted), Ok(None));
+        assert_eq!(search.first_inside([0, 2, 3, 1].map(Ok), wanted), Ok(Some((2, 0))));
+        assert_eq!(search.first_inside([1].map(Ok), wanted), Ok(Some((0, 0))));
+        assert_eq!(search.first_inside([0, 2].map(Ok), wanted), Ok(None));
+    }
+
+    #[test]
+    fn no_box_is_taken_after_the_first_inside_another() {
+        let mut search = Enclosures::new(cubes(&[(0.0, 5.0), (1.0, 1.0), (9.0, 1.0)]), &[0, 1, 2], 100);
+        let inner = [Ok(2), Ok(1), Err("unknown")];
+        assert_eq!(search.first_inside(inner, |_, _| Ok(true)), Ok(Some((1, 0))));
+        assert_eq!(search.first_inside(inner, |_, _| Ok(false)), Err("unknown"));
     }
 
     #[test]
@@ -259,9 +269,9 @@ mod tests {
     fn a_search_that_takes_too_long_is_given_up() {
         let mut search = Enclosures::new(cubes(&[(0.0, 5.0), (0.1, 5.0), (0.2, 5.0)]), &[0, 1, 2], 7);
         let none = |_, _| Ok::<_, Infallible>(false);
-        assert_eq!(search.first_inside([0, 1], none), Ok(None));
+        assert_eq!(search.first_inside([0, 1].map(Ok), none), Ok(None));
         assert!(!search.gave_up());
-        assert_eq!(search.first_inside([2], none), Ok(None));
+        assert_eq!(search.first_inside([2].map(Ok), none), Ok(None));
         assert!(search.gave_up());
         assert_eq!(search.around(([0.0; 3], [1.0; 3]), any), Ok(None));
     }
