@@ -136,14 +136,8 @@ fn size(level: i32) -> f64 {
 fn near(center: Triple, size: f64) -> impl Iterator<Item = Cell> {
     let [xs, ys, zs] = center.map(|c| {
         let (low, high) = (((c - size / 2.0) / size).floor(), ((c + size / 2.0) / size).floor());
-        // The order decides which of several boxes is found first: here, that of the numbers in steps of eight.
-        if low == high {
-            [Some(low), None]
-        } else if low.rem_euclid(8.0) < high.rem_euclid(8.0) {
-            [Some(low), Some(high)]
-        } else {
-            [Some(high), Some(low)]
-        }
+        // The order decides which of several boxes is found first.
+        [Some(low), (low < high).then_some(high)]
     });
     let all = |[first, second]: [Option<f64>; 2]| first.into_iter().chain(second).map(bits);
     all(xs).flat_map(move |x| all(ys).flat_map(move |y| all(zs).map(move |z| [x, y, z])))
@@ -257,11 +251,11 @@ mod tests {
     }
 
     #[test]
-    fn of_several_boxes_the_one_in_the_first_cell_is_found() {
+    fn of_several_boxes_the_one_in_the_lowest_cell_is_found() {
         // The cells have a size of 16: their numbers are -1, 0, 0 and 1.
         let mut search =
             Enclosures::new(cubes(&[(-1.0, 5.0), (1.0, 5.0), (15.0, 5.0), (17.0, 5.0)]), &[0, 1, 2, 3], 99);
-        assert_eq!(search.around(([0.0; 3], [1.0; 3]), any), Ok(Some(1)));
+        assert_eq!(search.around(([0.0; 3], [1.0; 3]), any), Ok(Some(0)));
         assert_eq!(search.around(([16.0, 0.0, 0.0], [1.0; 3]), any), Ok(Some(2)));
     }
 
