@@ -1,5 +1,7 @@
 //! A template, and a sample of it: drawn again until it meets all constraints.
 
+use std::mem::take;
+
 use rtcli_plain::{PlainScene, intrinsics};
 use rtcli_reader::Format;
 use rtcli_sampler::{Caller, Context, Outcome, Placed, Rejections, Sampler, Shape, Try, View, mapping};
@@ -8,7 +10,7 @@ use rtcli_tracer::world::{Camera, Projection};
 use rtcli_tracer::{Monitor, Pass, Stopped};
 
 use crate::constraints::Requirement;
-use crate::files::{Array, Files, Part, Wishes, arrays, files, key_of, level_shape, parts, tar};
+use crate::files::{Array, Files, Part, Wishes, arrays, copied, files, key_of, level_shape, parts, tar};
 use crate::labels::{Header, labels};
 use crate::models::Models;
 use crate::picture::{Engine, Picture};
@@ -118,7 +120,7 @@ impl Template {
             let Some(candidate) = self.candidate(&context, tries, engine.monitor, models, &mut rejections)? else {
                 continue;
             };
-            if let Some(sample) = self.finished(&context, &candidate, request, engine, &mut rejections)? {
+            if let Some(sample) = self.finished(&context, candidate, request, engine, &mut rejections)? {
                 return Ok(Made { sample: Some(sample), rejections });
             }
         }
@@ -172,7 +174,7 @@ impl Template {
     fn finished(
         &self,
         context: &Context<'_>,
-        candidate: &Candidate<'_>,
+        candidate: Candidate<'_>,
         request: &Request<'_>,
         engine: Engine<'_>,
         rejections: &mut Rejections,
@@ -182,7 +184,7 @@ impl Template {
         let mut sample = Sample {
             attempt: context.attempt,
             groups: placed.iter().map(|object| object.group).collect(),
-            text: text.clone(),
+            text,
             ..Sample::default()
         };
         let is_checked = !self.requirements.is_empty();
@@ -194,7 +196,7 @@ impl Template {
         if needs_ids && !traced.contains(&Pass::ObjectId) {
             traced.push(Pass::ObjectId);
         }
-        let mut picture = Picture::new(scene, &traced, engine)?;
+        let mut picture = Picture::new(&scene, &traced, engine)?;
         rejections.draws += usize::from(is_checked);
         for requirement in &self.requirements {
             rejections.check(requirement.kind());
@@ -220,14 +222,20 @@ impl Template {
             sample.levels = Some((level_shape(&picture), picture.levels()?.to_vec()));
         }
         if wishes.files || wishes.tar || wishes.parts {
-            let png = picture.png()?;
+            let mut png = picture.png()?;
             let labels = sample.labels.as_deref().unwrap_or("{}");
-            if wishes.files {
-                sample.files = files(&png, labels, passes, &mut picture)?;
+            if wishes.tar || wishes.parts {
+                let own = if wishes.files { copied(&png)? } else { take(&mut png) };
+                let parts = parts(own, passes, &picture)?;
+                if wishes.tar {
+                    sample.tar = tar(&key_of(request.index), labels, &parts)?;
+                }
+                if wishes.parts {
+                    sample.parts = parts;
+                }
             }
-            sample.parts = parts(png, passes, &picture)?;
-            if wishes.tar {
-                sample.tar = tar(&key_of(request.index), labels, &sample.parts)?;
+            if wishes.files {
+                sample.files = files(png, labels, passes, &mut picture)?;
             }
         }
         Ok(Some(sample))

@@ -272,14 +272,14 @@ pub struct Sample {
 impl Sample {
     fn new(py: Python<'_>, made: Made) -> PyResult<Sample> {
         let Made { sample, rejections } = made;
-        let text = sample.as_ref().map(|sample| sample.text.clone());
+        let is_found = sample.is_some();
         let sample = sample.unwrap_or_default();
         let bytes = |bytes: &[u8]| bytes_of(py, bytes).map(Bound::unbind);
         let tuple = |lengths: &[usize]| PyTuple::new(py, lengths).map(Bound::unbind);
         Ok(Sample {
             attempt: sample.attempt,
             groups: sample.groups,
-            text,
+            text: is_found.then_some(sample.text),
             labels: sample.labels.map(|labels| bytes(labels.as_bytes())).transpose()?,
             files: sample
                 .files

@@ -89,8 +89,11 @@ fn template(camera: &str, radius: &str, requirements: &[(&str, f64)]) -> Templat
 
 fn make(template: &Template, request: &Request<'_>, models: &mut Known) -> Result<Made, Failure> {
     let monitor = Monitor::default();
-    let engine = Engine { level: Level::best(), developers: developer, monitor: &monitor, software: "rtcli test" };
-    template.make(request, engine, models)
+    template.make(request, engine(&monitor), models)
+}
+
+fn engine(monitor: &Monitor) -> Engine<'_> {
+    Engine { level: Level::best(), developers: developer, monitor, software: "rtcli test" }
 }
 
 fn request(wishes: Wishes, passes: &[Pass]) -> Request<'_> {
@@ -133,6 +136,16 @@ fn a_picture_that_never_meets_a_constraint_makes_no_sample() {
 }
 
 #[test]
+fn a_sample_that_ids_refuse_costs_no_light() {
+    let template = template(CAMERA, "0.5", &[("min_visible_pixels", 1e6)]);
+    let (monitor, few) = (Monitor::default(), Request { tries: 3, ..request(ALL, &[Pass::Depth]) });
+    let made = template.make(&few, engine(&monitor), &mut Known::default()).unwrap();
+    assert!(made.sample.is_none());
+    // The passes of each try, and nothing beside them.
+    assert_eq!(monitor.done(), 3 * 12 * 8);
+}
+
+#[test]
 fn labels_are_one_line_and_tell_of_all_objects() {
     let labels = made(&template(CAMERA, "0.5", &[]), Wishes::default(), &[]).labels.unwrap();
     let start = r#"{"software":"rtcli test","index":7,"split":"train","attempt":0,"factors":{"a":1},"camera":{"#;
@@ -153,9 +166,17 @@ fn what_is_wanted_does_not_depend_on_what_else_is() {
     let template = template(CAMERA, "0.5", &[]);
     let passes = [Pass::Depth, Pass::ObjectId];
     let all = made(&template, ALL, &passes);
-    let parts = made(&template, Wishes { parts: true, ..Wishes::default() }, &passes);
-    assert_eq!((&parts.parts, &parts.labels), (&all.parts, &all.labels));
-    assert!(parts.files.is_empty() && parts.tar.is_empty() && parts.arrays.is_empty() && parts.levels.is_none());
+    let only = |wishes| {
+        let Sample { files, tar, parts, arrays, levels, labels, .. } = made(&template, wishes, &passes);
+        assert_eq!(labels, all.labels);
+        (files, tar, parts, arrays, levels)
+    };
+    let none = Wishes::default();
+    assert_eq!(only(Wishes { files: true, ..none }), (all.files.clone(), vec![], vec![], vec![], None));
+    assert_eq!(only(Wishes { tar: true, ..none }), (vec![], all.tar.clone(), vec![], vec![], None));
+    assert_eq!(only(Wishes { parts: true, ..none }), (vec![], vec![], all.parts.clone(), vec![], None));
+    assert_eq!(only(Wishes { arrays: true, ..none }), (vec![], vec![], vec![], all.arrays.clone(), None));
+    assert_eq!(only(Wishes { levels: true, ..none }), (vec![], vec![], vec![], vec![], all.levels.clone()));
     let names: Vec<_> = all.files.iter().map(|(end, _)| end.as_str()).collect();
     assert_eq!(names, [".png", ".depth.png", ".object_id.png", ".json"]);
     assert_eq!(
