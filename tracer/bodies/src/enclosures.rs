@@ -6,6 +6,7 @@
 use crate::boxes::{Boxes, Triple};
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
+use std::sync::Arc;
 
 /// The numbers of a cell along the axes, as the bits of floats.
 type Cell = [u64; 3];
@@ -19,7 +20,7 @@ const LEVELS: (i32, i32) = (-1000, 1000);
 /// Finds boxes that hold others, with a limited number of comparisons.
 #[derive(Clone, Debug)]
 pub struct Enclosures {
-    boxes: Boxes,
+    boxes: Arc<Boxes>,
     /// The grids with the exponents of their cells' size, in the order of their first boxes.
     grids: Vec<(i32, Grid)>,
     occupied: Occupied,
@@ -29,7 +30,7 @@ pub struct Enclosures {
 
 impl Enclosures {
     /// Returns a search among some of many boxes.
-    pub fn new(boxes: Boxes, chosen: &[usize], comparisons: u32) -> Enclosures {
+    pub fn new(boxes: Arc<Boxes>, chosen: &[usize], comparisons: u32) -> Enclosures {
         let mut grids: Vec<(i32, Grid)> = Vec::new();
         let mut occupied = Occupied::for_cells(chosen.len());
         for &index in chosen {
@@ -202,12 +203,13 @@ impl Hasher for CellHasher {
 mod tests {
     use super::{Boxes, Enclosures};
     use std::convert::Infallible;
+    use std::sync::Arc;
 
-    fn cubes(cubes: &[(f64, f64)]) -> Boxes {
-        Boxes::new(
+    fn cubes(cubes: &[(f64, f64)]) -> Arc<Boxes> {
+        Arc::new(Boxes::new(
             cubes.iter().map(|&(x, _)| [x, 0.0, 0.0]).collect(),
             cubes.iter().map(|&(_, half)| [half; 3]).collect(),
-        )
+        ))
     }
 
     fn any(_: usize) -> Result<bool, Infallible> {

@@ -1,6 +1,7 @@
 //! The boxes around the objects of a scene, and the search for those that hold others.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -10,7 +11,7 @@ use crate::world::items;
 
 /// The box around each of many objects.
 #[pyclass(module = "rtcli.tracer._native", frozen)]
-pub struct Boxes(rtcli_bodies::boxes::Boxes);
+pub struct Boxes(Arc<rtcli_bodies::boxes::Boxes>);
 
 #[pymethods]
 impl Boxes {
@@ -21,7 +22,8 @@ impl Boxes {
         if centers.len() != halves.len() {
             return Err(PyValueError::new_err("each box has a center and a size"));
         }
-        Ok(Boxes(rtcli_bodies::boxes::Boxes::new(Cow::into_owned(centers), Cow::into_owned(halves))))
+        let boxes = rtcli_bodies::boxes::Boxes::new(Cow::into_owned(centers), Cow::into_owned(halves));
+        Ok(Boxes(Arc::new(boxes)))
     }
 
     #[pyo3(signature = (center, half, /))]
@@ -49,7 +51,7 @@ impl Enclosures {
         for &index in &chosen {
             in_range(boxes.0.len(), index)?;
         }
-        Ok(Enclosures(rtcli_bodies::enclosures::Enclosures::new(boxes.0.clone(), &chosen, comparisons)))
+        Ok(Enclosures(rtcli_bodies::enclosures::Enclosures::new(Arc::clone(&boxes.0), &chosen, comparisons)))
     }
 
     #[getter]
