@@ -27,6 +27,9 @@ __version__: str
 SHAPE_PARAMETERS: dict[str, int]
 LIGHT_PARAMETERS: dict[str, int]
 
+# By the quantity of a pass: from the levels of its picture to its values, as files state it.
+LEVEL_FORMULAS: dict[str, str]
+
 # The exposure is metered at this many times as many points, a grid that spans the whole picture.
 METER_GRID: int
 # The native engine traces pixels together in squares of this side, which start at multiples of it.

@@ -26,6 +26,5 @@ pub use constraints::Requirement;
 pub use files::{Array, Part, Wishes};
 pub use labels::Header;
 pub use models::Models;
-pub use pass_file::decode_json;
 pub use picture::{Developers, Engine};
 pub use template::{Failure, Made, Request, Sample, Template};
