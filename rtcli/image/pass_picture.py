@@ -93,7 +93,9 @@ _ENCODINGS = {
 
 # Files say which formula to use.
 _DECODERS = {
-    _native.LEVEL_FORMULAS[quantity]: each.values for quantity, each in _ENCODINGS.items() if each.values is not None
+    _native.LEVEL_FORMULAS[quantity]: each.values
+    for quantity, each in _ENCODINGS.items()
+    if each.values is not None
 }
 
 
