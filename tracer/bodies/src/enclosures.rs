@@ -179,7 +179,7 @@ impl Occupied {
     }
 }
 
-/// A hash of cells in a few steps: nobody gains by cells that collide, since comparisons are limited anyway.
+/// Hashes cells in a few steps. Cells made to collide do no harm, since comparisons are limited.
 #[derive(Clone, Copy, Debug, Default)]
 struct CellHasher(u64);
 

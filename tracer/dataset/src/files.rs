@@ -17,9 +17,9 @@ const BLOCK: usize = 512;
 const IMAGE: &str = "image";
 const IMAGES: &str = "images";
 
-/// What is wanted of a sample beside its labels.
+/// The outputs of a sample beside its labels.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Wishes {
+pub struct Outputs {
     /// Its files: the picture, passes as levels of PNGs, and labels that say how to read these.
     pub files: bool,
     /// Members of a tar file: labels, picture and passes.
@@ -32,8 +32,8 @@ pub struct Wishes {
     pub levels: bool,
 }
 
-impl Wishes {
-    /// Whether there is one.
+impl Outputs {
+    /// Whether there is any.
     pub fn any(self) -> bool {
         self.files || self.tar || self.parts || self.arrays || self.levels
     }
