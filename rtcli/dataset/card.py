@@ -88,7 +88,7 @@ def _contact_sheet(pictures: Sequence[Image.Image]) -> bytes:
 def _thumbnail(template: Template, index: int) -> Image.Image | None:
     """Return the picture of a sample, its longer side `_SIDE` pixels; None if there is no such sample."""
     try:
-        sample, _ = draw_sample(template, index, SampleRequest(wishes=["levels"], threads=default_threads()))
+        sample, _ = draw_sample(template, index, SampleRequest(outputs=["levels"], threads=default_threads()))
     except SampleError:
         return None
     assert sample.made.levels is not None

@@ -1,4 +1,4 @@
-"""What native code asks about values of a sample that are not plainly valid: the models of scenes answer.
+"""Answers of the models of scenes to native code, about values of a sample that are not plainly valid.
 
 Each question is about JSON. A text as the answer is the reason why it is not valid; so this module is a
 `rtcli.tracer._native.Models`.
@@ -20,7 +20,7 @@ from rtcli.tracer.native import camera_numbers, world_parts
 
 
 def _valid(model: type[BaseModel], data: Any, answer: Callable[[Any], Any]) -> Any:
-    """Return what is answered about valid data, or the first reason why it is not valid."""
+    """Return the answer about valid data, or the first reason why it is not valid."""
     try:
         return answer(model.model_validate(data))
     except ValidationError as error:
@@ -47,7 +47,7 @@ def shape_of(text: str) -> tuple[str, Vector, tuple[float, ...]] | str:
 
 
 def scene_of(text: str) -> tuple[tuple[Any, ...], tuple[Any, ...]] | str:
-    """Return the world of a scene as the compiled module takes it, and what else its files tell.
+    """Return the world of a scene as the compiled module takes it, and the rest of its metadata.
 
     That is the vertical field of view and the depth of light, the names of the objects, the exposure or None to
     meter it, the tone curve, and whether there is alpha; see `rtcli.rendering.pack.PackedScene`.

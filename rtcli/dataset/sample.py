@@ -25,14 +25,14 @@ _SCENE = "scene"
 
 
 class SampleRequest(NamedTuple):
-    """What is wanted of a sample beside its scene.
+    """The outputs of a sample beside its scene.
 
     Parameters
     ----------
     passes
         The passes to write.
-    wishes
-        What of `rtcli.tracer._native.Sample` is wanted: `files`, `tar`, `parts`, `arrays`, `levels`.
+    outputs
+        The attributes of `rtcli.tracer._native.Sample` to make: `files`, `tar`, `parts`, `arrays`, `levels`.
     threads
         The threads to trace with.
     tries
@@ -40,7 +40,7 @@ class SampleRequest(NamedTuple):
     """
 
     passes: Sequence[str] = ()
-    wishes: Sequence[str] = ()
+    outputs: Sequence[str] = ()
     threads: int = 1
     tries: int | None = None
 
@@ -143,7 +143,7 @@ def draw_sample(
     index
         The index, from 0.
     request
-        What is wanted of it.
+        Its outputs.
     labels
         If its labels are wanted, the name of its split, and whether objects have labels, which need ids.
 

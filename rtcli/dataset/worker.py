@@ -77,7 +77,7 @@ def make_piece(task: Task) -> PieceResult:
 def _make_piece(task: Task, layout: Layout) -> PieceResult:
     template, piece = _template(task.raw, task.template), task.piece
     forms = [FORMATS[name](piece, layout, template) for name in task.settings.formats]
-    request = SampleRequest(task.settings.passes, [form.wish for form in forms if form.wish is not None])
+    request = SampleRequest(task.settings.passes, [form.output for form in forms if form.output is not None])
     labels = piece.shard.split, any(form.has_objects for form in forms)
     failures: list[tuple[int, str]] = []
     total = Rejections()

@@ -13,6 +13,7 @@ from rtcli.tracer import _native
 from rtcli.tracer.passes import SPECS
 
 _ID = "id"
+_ID_FORMULA = "the id of the color in objects of the metadata"
 
 
 class PassPicture(NamedTuple):
@@ -37,7 +38,7 @@ def pass_picture(name: str, values: npt.NDArray[Any], depth_scale: float | None 
     """
     if SPECS[name].quantity == _ID:
         colors = id_colors(int(values.max(initial=0)) + 1)[values]
-        return PassPicture(colors, {"value": _ENCODINGS[_ID].formula, "nothing": [0, 0, 0]})
+        return PassPicture(colors, {"value": _ID_FORMULA, "nothing": [0, 0, 0]})
     levels, bits, decode = _native.pass_picture(name, values.astype(np.float32, copy=False).tobytes(), depth_scale)
     return PassPicture(np.frombuffer(levels, f"u{bits // 8}").reshape(values.shape), json.loads(decode))
 
@@ -65,37 +66,37 @@ def pass_values(name: str, levels: npt.NDArray[Any], decode: Mapping[str, Any]) 
 
 
 class _Encoding(NamedTuple):
-    """How to get values from levels, which `tracer/src/output/pass_picture.rs` makes.
+    """How to get values from levels, which `tracer/src/output/pass_picture.rs` makes and names the formulas of.
 
     Parameters
     ----------
-    formula
-        From levels to values, as files state it.
     values
         Takes levels and the numbers in the formula, and returns the values; None if levels are not decoded.
     nothing
         The value where nothing is hit.
     """
 
-    formula: str
     values: Callable[[npt.NDArray[Any], Mapping[str, Any]], npt.NDArray[np.float64]] | None
     nothing: float = 0
 
 
 # By `PassSpec.quantity`.
 _ENCODINGS = {
-    "length": _Encoding("scale * level", lambda levels, decode: levels * np.float64(decode["scale"]), np.inf),
-    "direction": _Encoding("level / 127.5 - 1", lambda levels, _: levels / 127.5 - 1),
+    "length": _Encoding(lambda levels, decode: levels * np.float64(decode["scale"]), np.inf),
+    "direction": _Encoding(lambda levels, _: levels / 127.5 - 1),
     "position": _Encoding(
-        "low + scale * level",
-        lambda levels, decode: np.array(decode["low"], float) + np.array(decode["scale"]) * levels,
+        lambda levels, decode: np.array(decode["low"], float) + np.array(decode["scale"]) * levels
     ),
-    "share": _Encoding("level / 65535", lambda levels, _: levels / 65_535),
-    _ID: _Encoding("the id of the color in objects of the metadata", None),
+    "share": _Encoding(lambda levels, _: levels / 65_535),
+    _ID: _Encoding(None),
 }
 
 # Files say which formula to use.
-_DECODERS = {each.formula: each.values for each in _ENCODINGS.values() if each.values is not None}
+_DECODERS = {
+    _native.LEVEL_FORMULAS[quantity]: each.values
+    for quantity, each in _ENCODINGS.items()
+    if each.values is not None
+}
 
 
 # --- Colors of ids ---------------------------------------------------------------------------------------

@@ -15,10 +15,10 @@ from rtcli.tracer.world import Vector, Window
 
 # Stops, tone curve (a name of `rtcli.curves.TONE_CURVES`), bits a channel (8 or 16).
 _DisplayTransform: TypeAlias = tuple[float, str, int]
-# Keywords and what is told under them, for the text chunks of a PNG.
+# Keywords and their texts, for the text chunks of a PNG.
 _Texts: TypeAlias = list[tuple[str, str]]
 _Arrays: TypeAlias = dict[str, npt.NDArray[Any]]
-# Told (pixels done, pixels in all).
+# Called with the pixels done and all pixels.
 _Progress: TypeAlias = Callable[[int, int], None]
 
 __version__: str
@@ -26,6 +26,9 @@ __version__: str
 # The number of parameters of each kind of shape and of light, in the order of their tags.
 SHAPE_PARAMETERS: dict[str, int]
 LIGHT_PARAMETERS: dict[str, int]
+
+# By the quantity of a pass: from the levels of its picture to its values, as files state it.
+LEVEL_FORMULAS: dict[str, str]
 
 # The exposure is metered at this many times as many points, a grid that spans the whole picture.
 METER_GRID: int
@@ -337,7 +340,7 @@ class Drawn:
 
 @final
 class Sample:
-    """A sample of a template with what was wanted of it, and how it was found.
+    """A sample of a template with its outputs, and how it was found.
 
     Attributes
     ----------
@@ -350,17 +353,18 @@ class Sample:
     labels
         Its labels as a line of JSON, without the end of the line; None if they are not wanted.
     files
-        Of the wish `files`: the end of the name and the bytes of each file. Passes of floats are levels of PNGs.
+        For the output `files`: the end of the name and the bytes of each file. Passes of floats are levels of
+        PNGs.
     tar
-        Of the wish `tar`: the members of a tar file.
+        For the output `tar`: the members of a tar file.
     parts
-        Of the wish `parts`: for the picture, `image`, and for each pass its name, the end of the name of its file,
-        and the bytes. Passes of floats are in NumPy's format.
+        For the output `parts`: for the picture, `image`, and for each pass its name, the end of the name of its
+        file, and the bytes. Passes of floats are in NumPy's format.
     arrays
-        Of the wish `arrays`: for the picture, `images`, and for each pass its name, its shape, the type of its
+        For the output `arrays`: for the picture, `images`, and for each pass its name, its shape, the type of its
         values, and these compressed to a stream of zlib, the same on every machine.
     levels
-        Of the wish `levels`: the shape of the picture, (H, W, 3) or, with alpha, (H, W, 4), and its 8-bit sRGB.
+        For the output `levels`: the shape of the picture, (H, W, 3) or, with alpha, (H, W, 4), and its 8-bit sRGB.
     draws
         The number of objects and scenes that a constraint decided on.
     checks
@@ -389,14 +393,14 @@ class _SampleRequest(Protocol):
     @property
     def passes(self) -> Sequence[str]: ...
     @property
-    def wishes(self) -> Sequence[str]: ...
+    def outputs(self) -> Sequence[str]: ...
     @property
     def threads(self) -> int: ...
     @property
     def tries(self) -> int | None: ...
 
 class Models(Protocol):
-    """What is asked about values in JSON that are not plainly valid; described by `rtcli.dataset.models`."""
+    """Answers about values in JSON that are not plainly valid; described by `rtcli.dataset.models`."""
 
     # Attributes, as a module has them.
     @property
@@ -462,7 +466,7 @@ class Sampler:
         draw
             The index, and the values of draws `factor`, in JSON, by their numbers.
         request
-            What is wanted beside its scene.
+            Its outputs beside its scene.
         labels
             If labels are wanted: the name of the split, the values of all factors in JSON, and whether objects
             have labels.
@@ -527,12 +531,13 @@ class Enclosures:
     ) -> tuple[int, int] | None:
         """Return the place of the first of some boxes, uint64, that another holds, and the index of that one.
 
-        The search begins at a place; `is_wanted` is told the indices of the inner box and the outer one.
+        The search begins at a place and looks at no index after the box it finds; `is_wanted` gets the indices of
+        the inner box and the outer one.
 
         Raises
         ------
         ValueError
-            If there is no box with such an index.
+            If there is no box with an index that it looks at.
         """
 
 @final

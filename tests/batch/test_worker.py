@@ -122,6 +122,14 @@ def test_outcome_tells_hashes_times_and_size(scene, folder, writes):
     assert all(seconds >= 0 for seconds in outcome.seconds.values())
 
 
+@pytest.mark.parametrize("alpha", [False, True])
+def test_outcome_has_the_time_of_tracing_and_developing(scene, folder, alpha):
+    job = job_of(overrides=Overrides(edits=(f"image.alpha={str(alpha).lower()}",)))
+    seconds = render(job, folder=str(folder / "out")).seconds
+    assert seconds["trace"] > 0
+    assert seconds["develop"] > 0
+
+
 def scene_of_size(scene, width, height):
     other = scene.with_name("other.yaml")
     other.write_text(scene.read_text().replace("[40, 30]", f"[{width}, {height}]"))

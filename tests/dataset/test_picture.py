@@ -51,7 +51,7 @@ def test_picture_is_the_same_whatever_else_is_wanted(sample):
     template = parse_template(text.encode(), "t.json")
     png, levels = (
         draw_sample(template, 0, request)[0].made
-        for request in (SampleRequest(wishes=["parts"]), SampleRequest(wishes=["levels"], threads=2))
+        for request in (SampleRequest(outputs=["parts"]), SampleRequest(outputs=["levels"], threads=2))
     )
     assert png.parts == sample.made.parts[:1]
     assert levels.levels == sample.made.levels

@@ -11,7 +11,7 @@ from worlds import box, light, plane, random_pose, random_scenes, render, scene,
 
 import rtcli
 from rtcli import Scene
-from rtcli.rendering.metadata import fingerprint, visibility
+from rtcli.rendering.metadata import camera_matrices, fingerprint, visibility
 from rtcli.rendering.pack import camera_frame, pack, pack_scene
 from rtcli.tracer._native import WorkBudget, id_boxes
 from rtcli.tracer.engines import ENGINES, tracer_of
@@ -128,6 +128,32 @@ def test_camera_of_the_metadata_is_a_camera_of_a_scene_with_the_same_view(data, 
     np.testing.assert_allclose(other.forward, frame.forward, rtol=0, atol=1e-15)
     if not frame.is_orthographic:
         np.testing.assert_allclose(again.camera.eye, original.camera.eye, rtol=1e-15)
+
+
+@pytest.mark.parametrize("is_orthographic", [False, True])
+@given(
+    half_height=st.just(0.0) | st.floats(5e-324, 1e-290) | st.floats(1e-3, 1e3),
+    pixel_aspect=st.floats(0.1, 10),
+    center=st.tuples(st.floats(-3, 3), st.floats(-3, 3)),
+)
+def test_focal_lengths_of_the_metadata_are_those_of_the_frame(is_orthographic, half_height, pixel_aspect, center):
+    # They are computed twice, in Python and in Rust.
+    lens = {"projection": "orthographic", "height": 1} if is_orthographic else {"fov": 50}
+    whole = Window(0, 0, 40, 30)
+    frame = camera_frame(Scene.model_validate({"camera": {"resolution": whole[2:], **lens}}).camera)._replace(
+        half_height=half_height,
+        pixel_aspect=pixel_aspect,
+        center=(center[0] * half_height, center[1] * half_height),
+    )
+    (focal_x, focal_y), (x, y) = frame.focal_lengths, frame.principal_point
+    matrices = camera_matrices(frame, whole)
+    if is_orthographic:
+        assert matrices["height"] == 30 / focal_y
+        right, down = (20 - x) / focal_x, (15 - y) / focal_y
+        position = np.array(frame.position) + right * np.array(frame.right) - down * np.array(frame.up)
+        np.testing.assert_array_equal(np.array(matrices["opencv"]["camera_to_world"])[:3, 3], position)
+    else:
+        assert matrices["intrinsics"] == [[focal_x, 0, x - 0.5], [0, focal_y, y - 0.5], [0, 0, 1]]
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -7,12 +7,12 @@ from PIL import Image
 
 from rtcli.dataset.sample import SampleRequest, draw_sample
 
-WISHES = ("files", "tar", "parts", "arrays", "levels")
+OUTPUTS = ("files", "tar", "parts", "arrays", "levels")
 
 
 def made(template, index=0, passes=(), has_objects=True):
     """Return the sample of an index with all files and arrays."""
-    return draw_sample(template, index, SampleRequest(passes, WISHES), ("train", has_objects))[0]
+    return draw_sample(template, index, SampleRequest(passes, OUTPUTS), ("train", has_objects))[0]
 
 
 def levels_of(sample):

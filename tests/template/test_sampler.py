@@ -166,6 +166,6 @@ def test_object_that_is_not_valid_ends_a_try():
 
 def test_wish_that_is_unknown_is_refused():
     sampler = Sampler({"camera": '{"resolution":[8,8],"fov":40}'}, [], [], [], 1)
-    for request in (SampleRequest(wishes=["gif"]), SampleRequest(passes=["gif"])):
+    for request in (SampleRequest(outputs=["gif"]), SampleRequest(passes=["gif"])):
         with pytest.raises(ValueError, match=r'unknown .* "gif"'):
             sampler.sample((0, []), request, None, Lenient())

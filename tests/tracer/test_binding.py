@@ -576,6 +576,15 @@ def test_search_for_boxes_that_are_not_there_is_refused():
     assert search.first_inside(array("Q", [7, 0]).tobytes(), 1, lambda inner, outer: True) is None
 
 
+def test_search_looks_at_no_index_after_the_box_it_finds():
+    # To find all of n boxes takes n calls: each must not look at all indices that are left.
+    twice = boxes((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    search, inner = _native.Enclosures(twice, [0, 1], 9), array("Q", [1, 7]).tobytes()
+    assert search.first_inside(inner, 0, lambda inner, outer: True) == (0, 0)
+    with pytest.raises(ValueError, match="there is no box 7"):
+        search.first_inside(inner, 1, lambda inner, outer: True)
+
+
 def test_what_is_raised_during_a_search_ends_it():
     search = _native.Enclosures(boxes((0.0, 0.0, 0.0)), [0], 9)
     with pytest.raises(ZeroDivisionError):

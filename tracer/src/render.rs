@@ -79,7 +79,7 @@ impl Tracer {
     /// If the arrays of the film do not fit the window, or the window is not inside the picture.
     pub fn film(&self, window: Window, film: Film<'_>, monitor: &Monitor) -> Result<u64, Stopped> {
         assert!(film.holds(window), "the film does not fit the window");
-        self.film_of(self.job(monitor), window, film)
+        Ok(self.film_of(self.job(monitor), window, film)?.rays)
     }
 
     /// Meter the whole picture at `grid` x `grid` points; return the reading and the number of rays.
@@ -97,8 +97,8 @@ impl Tracer {
             settings: &settings,
             monitor: &monitor.aside(),
         };
-        let rays = self.film_of(job, window, film)?;
-        Ok((meter(&radiance)?, rays))
+        let stats = self.film_of(job, window, film)?;
+        Ok((meter(&radiance)?, stats.rays))
     }
 
     /// Count the pixel centres of a window that each object would cover if it were alone, with the threads of the
@@ -152,7 +152,7 @@ impl Tracer {
         TileJob { view: View::new(&self.camera, self.scene.unit), settings: &self.settings, monitor }
     }
 
-    fn film_of(&self, job: TileJob<'_>, window: Window, mut film: Film<'_>) -> Result<u64, Stopped> {
+    fn film_of(&self, job: TileJob<'_>, window: Window, mut film: Film<'_>) -> Result<RenderStats, Stopped> {
         let request = film.request(&self.scene);
         let with_alpha = film.records_alpha();
         let centres_only = Settings { samples: 0, ..job.settings.clone() };
@@ -162,14 +162,15 @@ impl Tracer {
         let bands = collect(bands_of(window).map(with_film), BANDS)?;
         spare()?;
         let to_world = CameraToWorld::new(&self.scene, &self.camera);
-        let rays = bands
+        let RenderStats { rays, trace, develop, .. } = bands
             .into_par_iter()
             .map_init(new_tracer, |tracer, (window, film)| {
-                self.trace(job, window, tracer, TileSink::Film(FilmSink { film, to_world })).rays
+                self.trace(job, window, tracer, TileSink::Film(FilmSink { film, to_world }))
             })
-            .sum();
+            .reduce(RenderStats::default, RenderStats::plus);
         job.monitor.check()?;
-        Ok(rays)
+        // A film takes values as they are.
+        Ok(RenderStats { rays, trace: trace + develop, ..RenderStats::default() })
     }
 
     /// Trace the tiles of a band, for one thread.
@@ -231,7 +232,7 @@ impl Tracer {
     }
 
     /// Trace and develop the pixels of a window with the threads of the current rayon pool; with alpha, each pixel has a
-    /// fourth value, by which its color is not multiplied.
+    /// fourth value, by which its color is not multiplied. Return them with the rays and times.
     ///
     /// # Errors
     ///
@@ -246,7 +247,7 @@ impl Tracer {
         developer: &Developer,
         with_alpha: bool,
         monitor: &Monitor,
-    ) -> Result<Vec<u8>, Stopped> {
+    ) -> Result<(Vec<u8>, RenderStats), Stopped> {
         let pixels = window.pixels();
         let mut radiance = filled(3 * pixels, 0.0, "the radiance")?;
         let mut alpha = filled(if with_alpha { pixels } else { 0 }, 0.0, "alpha")?;
@@ -254,7 +255,8 @@ impl Tracer {
         if with_alpha {
             film = film.with(Pass::Alpha, Values::Floats(&mut alpha));
         }
-        self.film(window, film, monitor)?;
+        let stats = self.film_of(self.job(monitor), window, film)?;
+        let start = Instant::now();
         let channel = developer.bits().bytes();
         let bytes = developer.bytes_per_pixel() + if with_alpha { channel } else { 0 };
         let mut levels = filled(pixels * bytes, 0, "rows of the picture")?;
@@ -263,7 +265,7 @@ impl Tracer {
         } else {
             developer.develop(&radiance, &mut levels);
         }
-        Ok(levels)
+        Ok((levels, RenderStats { develop: start.elapsed(), ..stats }))
     }
 
     /// Trace and develop consecutive bands.

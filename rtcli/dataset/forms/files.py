@@ -29,7 +29,7 @@ _METADATA = ".metadata.jsonl"
 class Files(Form):
     """A folder for each split, with the files of each sample, and `metadata.jsonl` for all."""
 
-    wish = "files"
+    output = "files"
 
     def __init__(self, piece: Piece, layout: Layout, template: Template) -> None:
         super().__init__(piece, layout, template)

@@ -52,8 +52,8 @@ class Form:
     beside: ClassVar[tuple[str, ...]] = ()
     # Whether it holds labels of objects, not only factors.
     has_objects: ClassVar[bool] = True
-    # What it writes of a sample; see `rtcli.dataset.sample.SampleRequest`.
-    wish: ClassVar[str | None] = None
+    # The output of each sample that it writes; see `rtcli.dataset.sample.SampleRequest`.
+    output: ClassVar[str | None] = None
 
     def __init__(self, piece: Piece, layout: Layout, template: Template) -> None:
         self._piece = piece

@@ -32,7 +32,7 @@ class Hdf5(Form):
 
     extra = _EXTRA
     has_objects = False
-    wish = "arrays"
+    output = "arrays"
 
     def __init__(self, piece: Piece, layout: Layout, template: Template) -> None:
         super().__init__(piece, layout, template)

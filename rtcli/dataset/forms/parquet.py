@@ -30,7 +30,7 @@ class Parquet(Form):
     """A table for each shard."""
 
     extra = _EXTRA
-    wish = "parts"
+    output = "parts"
 
     def __init__(self, piece: Piece, layout: Layout, template: Template) -> None:
         super().__init__(piece, layout, template)

@@ -19,7 +19,7 @@ _END = 1024
 class WebDataset(Form):
     """A tar file for each shard, with the files of each sample in a row."""
 
-    wish = "tar"
+    output = "tar"
 
     def __init__(self, piece: Piece, layout: Layout, template: Template) -> None:
         super().__init__(piece, layout, template)

@@ -6,6 +6,7 @@
 use crate::boxes::{Boxes, Triple};
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
+use std::sync::Arc;
 
 /// The numbers of a cell along the axes, as the bits of floats.
 type Cell = [u64; 3];
@@ -19,7 +20,7 @@ const LEVELS: (i32, i32) = (-1000, 1000);
 /// Finds boxes that hold others, with a limited number of comparisons.
 #[derive(Clone, Debug)]
 pub struct Enclosures {
-    boxes: Boxes,
+    boxes: Arc<Boxes>,
     /// The grids with the exponents of their cells' size, in the order of their first boxes.
     grids: Vec<(i32, Grid)>,
     occupied: Occupied,
@@ -29,7 +30,7 @@ pub struct Enclosures {
 
 impl Enclosures {
     /// Returns a search among some of many boxes.
-    pub fn new(boxes: Boxes, chosen: &[usize], comparisons: u32) -> Enclosures {
+    pub fn new(boxes: Arc<Boxes>, chosen: &[usize], comparisons: u32) -> Enclosures {
         let mut grids: Vec<(i32, Grid)> = Vec::new();
         let mut occupied = Occupied::for_cells(chosen.len());
         for &index in chosen {
@@ -88,17 +89,19 @@ impl Enclosures {
         Ok(None)
     }
 
-    /// Returns the first of some boxes that another holds, by its place among them, and that other one.
+    /// Returns the first of some boxes that another holds, by its place among them, and that other one. It takes no
+    /// box after that.
     ///
     /// # Errors
     ///
-    /// The first one of `is_wanted`, which is told the inner box and the outer one.
+    /// The first one of `inner`, or of `is_wanted`, which gets the inner box and the outer one.
     pub fn first_inside<E>(
         &mut self,
-        inner: impl IntoIterator<Item = usize>,
+        inner: impl IntoIterator<Item = Result<usize, E>>,
         mut is_wanted: impl FnMut(usize, usize) -> Result<bool, E>,
     ) -> Result<Option<(usize, usize)>, E> {
         for (place, inner) in inner.into_iter().enumerate() {
+            let inner = inner?;
             let found =
                 self.around(self.boxes.get(inner), |outer| Ok(outer != inner && is_wanted(inner, outer)?))?;
             if let Some(outer) = found {
@@ -134,14 +137,8 @@ fn size(level: i32) -> f64 {
 fn near(center: Triple, size: f64) -> impl Iterator<Item = Cell> {
     let [xs, ys, zs] = center.map(|c| {
         let (low, high) = (((c - size / 2.0) / size).floor(), ((c + size / 2.0) / size).floor());
-        // The order decides which of several boxes is found first: here, that of the numbers in steps of eight.
-        if low == high {
-            [Some(low), None]
-        } else if low.rem_euclid(8.0) < high.rem_euclid(8.0) {
-            [Some(low), Some(high)]
-        } else {
-            [Some(high), Some(low)]
-        }
+        // The order decides which of several boxes is found first.
+        [Some(low), (low < high).then_some(high)]
     });
     let all = |[first, second]: [Option<f64>; 2]| first.into_iter().chain(second).map(bits);
     all(xs).flat_map(move |x| all(ys).flat_map(move |y| all(zs).map(move |z| [x, y, z])))
@@ -182,7 +179,7 @@ impl Occupied {
     }
 }
 
-/// A hash of cells in a few steps: nobody gains by cells that collide, since comparisons are limited anyway.
+/// Hashes cells in a few steps. Cells made to collide do no harm, since comparisons are limited.
 #[derive(Clone, Copy, Debug, Default)]
 struct CellHasher(u64);
 
@@ -206,12 +203,13 @@ impl Hasher for CellHasher {
 mod tests {
     use super::{Boxes, Enclosures};
     use std::convert::Infallible;
+    use std::sync::Arc;
 
-    fn cubes(cubes: &[(f64, f64)]) -> Boxes {
-        Boxes::new(
+    fn cubes(cubes: &[(f64, f64)]) -> Arc<Boxes> {
+        Arc::new(Boxes::new(
             cubes.iter().map(|&(x, _)| [x, 0.0, 0.0]).collect(),
             cubes.iter().map(|&(_, half)| [half; 3]).collect(),
-        )
+        ))
     }
 
     fn any(_: usize) -> Result<bool, Infallible> {
@@ -241,17 +239,25 @@ mod tests {
         let mut search =
             Enclosures::new(cubes(&[(0.0, 5.0), (1.0, 1.0), (9.0, 1.0), (2.0, 1.0)]), &[0, 1, 2, 3], 100);
         let wanted = |_, _| Ok::<_, Infallible>(true);
-        assert_eq!(search.first_inside([0, 2, 3, 1], wanted), Ok(Some((2, 0))));
-        assert_eq!(search.first_inside([1], wanted), Ok(Some((0, 0))));
-        assert_eq!(search.first_inside([0, 2], wanted), Ok(None));
+        assert_eq!(search.first_inside([0, 2, 3, 1].map(Ok), wanted), Ok(Some((2, 0))));
+        assert_eq!(search.first_inside([1].map(Ok), wanted), Ok(Some((0, 0))));
+        assert_eq!(search.first_inside([0, 2].map(Ok), wanted), Ok(None));
     }
 
     #[test]
-    fn of_several_boxes_the_one_in_the_first_cell_is_found() {
+    fn no_box_is_taken_after_the_first_inside_another() {
+        let mut search = Enclosures::new(cubes(&[(0.0, 5.0), (1.0, 1.0), (9.0, 1.0)]), &[0, 1, 2], 100);
+        let inner = [Ok(2), Ok(1), Err("unknown")];
+        assert_eq!(search.first_inside(inner, |_, _| Ok(true)), Ok(Some((1, 0))));
+        assert_eq!(search.first_inside(inner, |_, _| Ok(false)), Err("unknown"));
+    }
+
+    #[test]
+    fn of_several_boxes_the_one_in_the_lowest_cell_is_found() {
         // The cells have a size of 16: their numbers are -1, 0, 0 and 1.
         let mut search =
             Enclosures::new(cubes(&[(-1.0, 5.0), (1.0, 5.0), (15.0, 5.0), (17.0, 5.0)]), &[0, 1, 2, 3], 99);
-        assert_eq!(search.around(([0.0; 3], [1.0; 3]), any), Ok(Some(1)));
+        assert_eq!(search.around(([0.0; 3], [1.0; 3]), any), Ok(Some(0)));
         assert_eq!(search.around(([16.0, 0.0, 0.0], [1.0; 3]), any), Ok(Some(2)));
     }
 
@@ -259,9 +265,9 @@ mod tests {
     fn a_search_that_takes_too_long_is_given_up() {
         let mut search = Enclosures::new(cubes(&[(0.0, 5.0), (0.1, 5.0), (0.2, 5.0)]), &[0, 1, 2], 7);
         let none = |_, _| Ok::<_, Infallible>(false);
-        assert_eq!(search.first_inside([0, 1], none), Ok(None));
+        assert_eq!(search.first_inside([0, 1].map(Ok), none), Ok(None));
         assert!(!search.gave_up());
-        assert_eq!(search.first_inside([2], none), Ok(None));
+        assert_eq!(search.first_inside([2].map(Ok), none), Ok(None));
         assert!(search.gave_up());
         assert_eq!(search.around(([0.0; 3], [1.0; 3]), any), Ok(None));
     }

@@ -17,9 +17,9 @@ const BLOCK: usize = 512;
 const IMAGE: &str = "image";
 const IMAGES: &str = "images";
 
-/// What is wanted of a sample beside its labels.
+/// The outputs of a sample beside its labels.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Wishes {
+pub struct Outputs {
     /// Its files: the picture, passes as levels of PNGs, and labels that say how to read these.
     pub files: bool,
     /// Members of a tar file: labels, picture and passes.
@@ -32,8 +32,8 @@ pub struct Wishes {
     pub levels: bool,
 }
 
-impl Wishes {
-    /// Whether there is one.
+impl Outputs {
+    /// Whether there is any.
     pub fn any(self) -> bool {
         self.files || self.tar || self.parts || self.arrays || self.levels
     }
@@ -54,8 +54,8 @@ pub fn key_of(index: u64) -> String {
 }
 
 /// Returns the files of a sample.
-pub fn files(png: &[u8], labels: &str, passes: &[Pass], picture: &mut Picture<'_>) -> Result<Files, Stopped> {
-    let mut files = vec![(".png".to_owned(), copied(png)?)];
+pub fn files(png: Vec<u8>, labels: &str, passes: &[Pass], picture: &mut Picture<'_>) -> Result<Files, Stopped> {
+    let mut files = vec![(".png".to_owned(), png)];
     let mut decodes = Vec::new();
     for &pass in passes {
         let (suffix, file, decode) = match level_file(picture, pass)? {
@@ -142,7 +142,8 @@ fn deflated(bytes: &[u8]) -> Vec<u8> {
     miniz_oxide::deflate::compress_to_vec_zlib(bytes, LEVEL)
 }
 
-fn copied(bytes: &[u8]) -> Result<Vec<u8>, OutOfMemory> {
+/// Returns a copy.
+pub fn copied(bytes: &[u8]) -> Result<Vec<u8>, OutOfMemory> {
     let mut copy = Vec::new();
     reserve(&mut copy, bytes.len(), "a file")?;
     copy.extend_from_slice(bytes);

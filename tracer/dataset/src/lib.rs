@@ -2,7 +2,7 @@
 //!
 //! | module | contents, each using only those above it |
 //! |---|---|
-//! | `models` | what is asked about values that are not plainly valid |
+//! | `models` | questions about values that are not plainly valid |
 //! | `picture` | the picture of a sample and its passes, each traced when it is first asked for |
 //! | `constraints` | the constraints that pictures decide |
 //! | `labels` | what a sample is, as a line of JSON |
@@ -23,9 +23,8 @@ mod picture;
 mod template;
 
 pub use constraints::Requirement;
-pub use files::{Array, Part, Wishes};
+pub use files::{Array, Outputs, Part};
 pub use labels::Header;
 pub use models::Models;
-pub use pass_file::decode_json;
 pub use picture::{Developers, Engine};
 pub use template::{Failure, Made, Request, Sample, Template};

@@ -1,4 +1,4 @@
-//! What is asked about values that are not plainly valid: only the models in Python tell.
+//! Questions about values that are not plainly valid, which only the models in Python can answer.
 
 use rtcli_plain::PlainScene;
 use rtcli_sampler::Shape;

@@ -1,9 +1,9 @@
 //! A pass as a file: levels of a PNG, or NumPy's format.
 
-use rtcli_reader::json::{write_number, write_numbers};
+use rtcli_plain::decode_json;
 use rtcli_tracer::develop::BitDepth;
 use rtcli_tracer::memory::{OutOfMemory, reserve, with_capacity};
-use rtcli_tracer::pass_picture::{Decode, pass_picture};
+use rtcli_tracer::pass_picture::pass_picture;
 use rtcli_tracer::png::{self, Color, Header};
 use rtcli_tracer::{Pass, Stopped};
 
@@ -53,29 +53,6 @@ pub fn level_file(picture: &mut Picture<'_>, pass: Pass) -> Result<Option<(Vec<u
     let color = if pass.channels() == 1 { Color::Grey } else { Color::Triple };
     let header = Header { width, height, color, bits: levels.bits, texts: &texts };
     Ok(Some((png::encode(header, &levels.levels)?, decode)))
-}
-
-/// Returns how to get values from the levels of a pass, in JSON.
-pub fn decode_json(decode: &Decode) -> String {
-    let mut json = String::from("{\"value\":");
-    match decode {
-        Decode::Length { scale, clipped } => {
-            json.push_str("\"scale * level\",\"scale\":");
-            write_number(*scale, &mut json);
-            json.push_str(&format!(",\"nothing\":0,\"clipped_pixels\":{clipped}"));
-        }
-        Decode::Position { low, scale, clipped } => {
-            json.push_str("\"low + scale * level\",\"low\":");
-            write_numbers(low, ",", &mut json);
-            json.push_str(",\"scale\":");
-            write_numbers(scale, ",", &mut json);
-            json.push_str(&format!(",\"nothing\":[0,0,0],\"clipped_pixels\":{clipped}"));
-        }
-        Decode::Direction => json.push_str("\"level / 127.5 - 1\",\"nothing\":[128,128,128]"),
-        Decode::Share => json.push_str("\"level / 65535\""),
-    }
-    json.push('}');
-    json
 }
 
 /// Returns the lengths of the array of a pass.
@@ -132,9 +109,7 @@ fn npy_header(type_name: &str, shape: &[usize]) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
-    use rtcli_tracer::pass_picture::Decode;
-
-    use super::{decode_json, npy_header};
+    use super::npy_header;
 
     /// By NumPy 2.
     #[test]
@@ -145,13 +120,5 @@ mod tests {
         let text = str::from_utf8(&header[10..]).unwrap();
         assert!(text.starts_with("{'descr': '<f4', 'fortran_order': False, 'shape': (32, 48, 3), }  "), "{text}");
         assert!(text.ends_with(" \n"));
-    }
-
-    #[test]
-    fn formulas_stand_before_their_numbers() {
-        let length = Decode::Length { scale: 1e-7, clipped: 2 };
-        let expected = r#"{"value":"scale * level","scale":1e-07,"nothing":0,"clipped_pixels":2}"#;
-        assert_eq!(decode_json(&length), expected);
-        assert_eq!(decode_json(&Decode::Share), r#"{"value":"level / 65535"}"#);
     }
 }

@@ -161,7 +161,7 @@ impl<'a> Picture<'a> {
         if self.levels.is_none() {
             let developer = self.developer()?;
             let (window, monitor) = (self.scene.window(), self.engine.monitor);
-            self.levels = Some(self.tracer.levels(window, &developer, self.scene.alpha, monitor)?);
+            self.levels = Some(self.tracer.levels(window, &developer, self.scene.alpha, monitor)?.0);
         }
         Ok(self.levels.as_deref().unwrap_or_default())
     }

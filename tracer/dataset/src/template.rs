@@ -1,5 +1,7 @@
 //! A template, and a sample of it: drawn again until it meets all constraints.
 
+use std::mem::take;
+
 use rtcli_plain::{PlainScene, intrinsics};
 use rtcli_reader::Format;
 use rtcli_sampler::{Caller, Context, Outcome, Placed, Rejections, Sampler, Shape, Try, View, mapping};
@@ -8,7 +10,7 @@ use rtcli_tracer::world::{Camera, Projection};
 use rtcli_tracer::{Monitor, Pass, Stopped};
 
 use crate::constraints::Requirement;
-use crate::files::{Array, Files, Part, Wishes, arrays, files, key_of, level_shape, parts, tar};
+use crate::files::{Array, Files, Outputs, Part, arrays, copied, files, key_of, level_shape, parts, tar};
 use crate::labels::{Header, labels};
 use crate::models::Models;
 use crate::picture::{Engine, Picture};
@@ -36,10 +38,10 @@ pub struct Request<'a> {
     pub factors: &'a [String],
     /// A bound of the tries, beside that of the template.
     pub tries: u64,
-    /// The passes that are wanted.
+    /// The passes to write.
     pub passes: &'a [Pass],
-    /// What else is wanted.
-    pub wishes: Wishes,
+    /// The outputs to make.
+    pub outputs: Outputs,
     /// Its labels, if they are wanted: the name of the split, the values of all factors in JSON, and whether objects have
     /// labels.
     pub labels: Option<(&'a str, &'a str, bool)>,
@@ -56,7 +58,7 @@ pub struct Sample {
     pub text: String,
     /// Its labels in JSON, if they are wanted.
     pub labels: Option<String>,
-    /// What is wanted beside.
+    /// Its files, if they are among the outputs.
     pub files: Files,
     /// The members of a tar file.
     pub tar: Vec<u8>,
@@ -118,7 +120,7 @@ impl Template {
             let Some(candidate) = self.candidate(&context, tries, engine.monitor, models, &mut rejections)? else {
                 continue;
             };
-            if let Some(sample) = self.finished(&context, &candidate, request, engine, &mut rejections)? {
+            if let Some(sample) = self.finished(&context, candidate, request, engine, &mut rejections)? {
                 return Ok(Made { sample: Some(sample), rejections });
             }
         }
@@ -168,25 +170,25 @@ impl Template {
         Ok(valid(scene, models, rejections)?.map(|scene| Candidate { text, placed, scene }))
     }
 
-    /// Returns the sample of a scene with all that is wanted of it; None if a constraint refuses its picture.
+    /// Returns the sample of a scene with its outputs; None if a constraint refuses its picture.
     fn finished(
         &self,
         context: &Context<'_>,
-        candidate: &Candidate<'_>,
+        candidate: Candidate<'_>,
         request: &Request<'_>,
         engine: Engine<'_>,
         rejections: &mut Rejections,
     ) -> Result<Option<Sample>, Failure> {
         let Candidate { text, placed, scene } = candidate;
-        let Request { wishes, passes, .. } = *request;
+        let Request { outputs, passes, .. } = *request;
         let mut sample = Sample {
             attempt: context.attempt,
             groups: placed.iter().map(|object| object.group).collect(),
-            text: text.clone(),
+            text,
             ..Sample::default()
         };
         let is_checked = !self.requirements.is_empty();
-        if !is_checked && request.labels.is_none() && !wishes.any() {
+        if !is_checked && request.labels.is_none() && !outputs.any() {
             return Ok(Some(sample));
         }
         let mut traced = passes.to_vec();
@@ -194,7 +196,7 @@ impl Template {
         if needs_ids && !traced.contains(&Pass::ObjectId) {
             traced.push(Pass::ObjectId);
         }
-        let mut picture = Picture::new(scene, &traced, engine)?;
+        let mut picture = Picture::new(&scene, &traced, engine)?;
         rejections.draws += usize::from(is_checked);
         for requirement in &self.requirements {
             rejections.check(requirement.kind());
@@ -213,28 +215,34 @@ impl Template {
             let placed = has_objects.then_some(&placed[..]);
             sample.labels = Some(labels(header, &self.sampler, placed, &mut picture)?);
         }
-        if wishes.arrays {
+        if outputs.arrays {
             sample.arrays = arrays(passes, &mut picture)?;
         }
-        if wishes.levels {
+        if outputs.levels {
             sample.levels = Some((level_shape(&picture), picture.levels()?.to_vec()));
         }
-        if wishes.files || wishes.tar || wishes.parts {
-            let png = picture.png()?;
+        if outputs.files || outputs.tar || outputs.parts {
+            let mut png = picture.png()?;
             let labels = sample.labels.as_deref().unwrap_or("{}");
-            if wishes.files {
-                sample.files = files(&png, labels, passes, &mut picture)?;
+            if outputs.tar || outputs.parts {
+                let own = if outputs.files { copied(&png)? } else { take(&mut png) };
+                let parts = parts(own, passes, &picture)?;
+                if outputs.tar {
+                    sample.tar = tar(&key_of(request.index), labels, &parts)?;
+                }
+                if outputs.parts {
+                    sample.parts = parts;
+                }
             }
-            sample.parts = parts(png, passes, &picture)?;
-            if wishes.tar {
-                sample.tar = tar(&key_of(request.index), labels, &sample.parts)?;
+            if outputs.files {
+                sample.files = files(png, labels, passes, &mut picture)?;
             }
         }
         Ok(Some(sample))
     }
 }
 
-/// Returns what is valid; counts what is not.
+/// Returns a value, or None if it is not valid, which is counted.
 fn valid<T>(
     found: Result<T, String>,
     models: &dyn Models,
@@ -246,7 +254,7 @@ fn valid<T>(
     Ok(found.map_err(|reason| rejections.refuse(SCENE, reason, true)).ok())
 }
 
-/// Who answers when objects are placed.
+/// Answers the questions of a sampler while it places objects.
 struct Asking<'a> {
     models: &'a mut dyn Models,
     monitor: &'a Monitor,

@@ -2,6 +2,7 @@
 //!
 //! | module | contents, each using only those above it |
 //! |---|---|
+//! | `decode` | how to get the values of a pass from a picture, in JSON |
 //! | `vector` | vectors, computed as in `rtcli.scene.vectors` |
 //! | `scene` | a scene file as a world, with what its metadata needs |
 //! | `matrices` | the matrices of a camera |
@@ -11,6 +12,7 @@
 
 #![forbid(unsafe_code)]
 
+mod decode;
 mod file;
 mod matrices;
 mod metadata;
@@ -18,6 +20,7 @@ mod picture;
 mod scene;
 mod vector;
 
+pub use decode::decode_json;
 pub use matrices::{camera_matrices, intrinsics};
 pub use picture::{FileError, Picture, PictureFile, Seconds};
 pub use scene::{Lens, PlainScene, camera};

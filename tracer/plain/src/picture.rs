@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use rtcli_reader::{Edit, Format};
 use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
-use rtcli_tracer::png::{self, Color, Header};
+use rtcli_tracer::png::{self, Color, Header, PngWriter};
 use rtcli_tracer::render::RenderStats;
 use rtcli_tracer::world::Window;
 use rtcli_tracer::{Level, Monitor, Stopped, Tracer, meter};
@@ -74,9 +74,14 @@ impl PlainScene {
     ///
     /// If memory runs out.
     pub fn png_of(&self, levels: &[u8], bits: BitDepth, texts: &[(String, String)]) -> io::Result<Vec<u8>> {
+        png::encode(self.header(bits, texts), levels)
+    }
+
+    /// The data before the pixels of a PNG.
+    fn header<'a>(&self, bits: BitDepth, texts: &'a [(String, String)]) -> Header<'a> {
         let Window { width, height, .. } = self.window();
         let color = if self.alpha { Color::SrgbAlpha } else { Color::Srgb };
-        png::encode(Header { width, height, color, bits, texts }, levels)
+        Header { width, height, color, bits, texts }
     }
 
     /// Traces and develops the picture with the threads of the current rayon pool, and writes it as a PNG.
@@ -89,15 +94,18 @@ impl PlainScene {
         tracer: &Tracer,
         developer: &Developer,
         texts: &[(String, String)],
-        mut sink: impl Write + Send,
+        sink: impl Write + Send,
         monitor: &Monitor,
     ) -> Result<RenderStats, Stopped> {
         if !self.alpha {
             return tracer.write_png(self.window(), developer, texts, sink, monitor);
         }
-        let levels = tracer.levels(self.window(), developer, true, monitor)?;
-        sink.write_all(&self.png_of(&levels, developer.bits(), texts)?)?;
-        Ok(RenderStats::default())
+        let (levels, stats) = tracer.levels(self.window(), developer, true, monitor)?;
+        let mut writer = PngWriter::new(sink, self.header(developer.bits(), texts))?;
+        writer.write_rows(&levels)?;
+        let write = writer.encoding();
+        writer.finish()?;
+        Ok(RenderStats { write, ..stats })
     }
 }
 
@@ -153,5 +161,58 @@ impl Picture<'_> {
         ];
         let seconds = seconds.map(|(stage, time)| (stage, time.as_secs_f64())).into();
         Ok(Some(PictureFile { fingerprint, sha256, bytes, size: (width, height), seconds }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{self, Write};
+    use std::time::Duration;
+
+    use rtcli_reader::Format;
+    use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
+    use rtcli_tracer::{Level, Monitor, Tracer};
+
+    use crate::scene::PlainScene;
+
+    /// Counts the pieces of a file.
+    #[derive(Default)]
+    struct Pieces {
+        count: usize,
+        file: Vec<u8>,
+    }
+
+    impl Write for Pieces {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.count += 1;
+            self.file.write(bytes)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_picture_is_written_in_pieces_and_timed_with_alpha_and_without() {
+        for alpha in [false, true] {
+            let scene = format!(
+                r#"{{"camera":{{"resolution":[300,200],"fov":60}},"image":{{"exposure":0,"alpha":{alpha}}},"objects":[
+                {{"type":"sphere","position":[0,0,-3],"radius":1,"color":"red"}}]}}"#
+            );
+            let scene = rtcli_reader::read(scene.as_bytes(), Format::Json, &[]).and_then(PlainScene::new).unwrap();
+            let tracer = Tracer::new(scene.world.clone(), Level::best()).unwrap();
+            let developer = Developer::new(0.0, ToneCurve::Clip, BitDepth::Sixteen);
+            let (mut sink, monitor) = (Pieces::default(), Monitor::default());
+            let stats = scene.write_png(&tracer, &developer, &[], &mut sink, &monitor).unwrap();
+            assert!(sink.count > 2, "{} pieces", sink.count);
+            assert!(stats.rays >= 300 * 200);
+            assert!(
+                [stats.trace, stats.develop, stats.write].iter().all(|&time| time > Duration::ZERO),
+                "{stats:?}"
+            );
+            let (levels, _) = tracer.levels(scene.window(), &developer, alpha, &monitor).unwrap();
+            assert_eq!(sink.file, scene.png_of(&levels, BitDepth::Sixteen, &[]).unwrap());
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! The boxes around the objects of a scene, and the search for those that hold others.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -10,7 +11,7 @@ use crate::world::items;
 
 /// The box around each of many objects.
 #[pyclass(module = "rtcli.tracer._native", frozen)]
-pub struct Boxes(rtcli_bodies::boxes::Boxes);
+pub struct Boxes(Arc<rtcli_bodies::boxes::Boxes>);
 
 #[pymethods]
 impl Boxes {
@@ -21,7 +22,8 @@ impl Boxes {
         if centers.len() != halves.len() {
             return Err(PyValueError::new_err("each box has a center and a size"));
         }
-        Ok(Boxes(rtcli_bodies::boxes::Boxes::new(Cow::into_owned(centers), Cow::into_owned(halves))))
+        let boxes = rtcli_bodies::boxes::Boxes::new(Cow::into_owned(centers), Cow::into_owned(halves));
+        Ok(Boxes(Arc::new(boxes)))
     }
 
     #[pyo3(signature = (center, half, /))]
@@ -46,8 +48,10 @@ impl Enclosures {
     #[new]
     #[pyo3(signature = (boxes, chosen, comparisons, /))]
     fn new(boxes: &Boxes, chosen: Vec<usize>, comparisons: u32) -> PyResult<Enclosures> {
-        in_range(boxes.0.len(), chosen.iter().copied())?;
-        Ok(Enclosures(rtcli_bodies::enclosures::Enclosures::new(boxes.0.clone(), &chosen, comparisons)))
+        for &index in &chosen {
+            in_range(boxes.0.len(), index)?;
+        }
+        Ok(Enclosures(rtcli_bodies::enclosures::Enclosures::new(Arc::clone(&boxes.0), &chosen, comparisons)))
     }
 
     #[getter]
@@ -68,14 +72,16 @@ impl Enclosures {
         is_wanted: &Bound<'_, PyAny>,
     ) -> PyResult<Option<(usize, usize)>> {
         let inner = items::<u64>(inner)?;
-        let waiting = inner.iter().skip(start).map(|&index| index as usize);
-        in_range(self.0.len(), waiting.clone())?;
+        // Each index is checked when its turn comes: a caller that goes on after each box found would else have all
+        // that wait checked again each time.
+        let count = self.0.len();
+        let waiting = inner.iter().skip(start).map(|&index| in_range(count, index as usize));
         let found = self.0.first_inside(waiting, |inner, outer| is_wanted.call1((inner, outer))?.is_truthy())?;
         Ok(found.map(|(place, outer)| (start + place, outer)))
     }
 }
 
-fn in_range(count: usize, mut indices: impl Iterator<Item = usize>) -> PyResult<()> {
-    let unknown = indices.find(|&index| index >= count);
-    unknown.map_or(Ok(()), |index| Err(PyValueError::new_err(format!("there is no box {index}"))))
+/// Returns an index, if there is such a box.
+fn in_range(count: usize, index: usize) -> PyResult<usize> {
+    if index < count { Ok(index) } else { Err(PyValueError::new_err(format!("there is no box {index}"))) }
 }

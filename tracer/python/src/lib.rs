@@ -69,6 +69,7 @@ mod _native {
         module.add("SHAPE_PARAMETERS", shapes.into_py_dict(module.py())?)?;
         let lights = LightSource::KINDS.iter().map(|kind| (kind.name, kind.parameters));
         module.add("LIGHT_PARAMETERS", lights.into_py_dict(module.py())?)?;
+        module.add("LEVEL_FORMULAS", rtcli_tracer::pass_picture::FORMULAS.into_py_dict(module.py())?)?;
         module.add("METER_GRID", rtcli_tracer::meter::GRID)?;
         module.add("TILE_SIDE", rtcli_tracer::TILE_SIDE)?;
         module.add("COVERAGE_STEPS", rtcli_tracer::render::COVERAGE_STEPS)?;

@@ -99,7 +99,7 @@ pub fn pass_picture<'py>(
     let picture = picture.map_err(out_of_memory)?;
     let picture = picture.ok_or_else(|| PyValueError::new_err(format!("{name} has no levels")))?;
     let levels = swapped(&picture.levels, picture.bits).map_err(out_of_memory)?;
-    Ok((bytes_of(py, &levels)?, picture.bits as u8, rtcli_dataset::decode_json(&picture.decode)))
+    Ok((bytes_of(py, &levels)?, picture.bits as u8, rtcli_plain::decode_json(&picture.decode)))
 }
 
 /// Return the number of pixels of the objects 1 to `count`, and the box around them.

@@ -3,7 +3,7 @@
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList, PyString, PyTuple};
-use rtcli_dataset::{Engine, Failure, Made, Models, Request, Requirement, Template, Wishes};
+use rtcli_dataset::{Engine, Failure, Made, Models, Outputs, Request, Requirement, Template};
 use rtcli_draws::Draw;
 use rtcli_plain::PlainScene;
 use rtcli_sampler::{Context, Group, Shape, Value};
@@ -156,13 +156,13 @@ impl Sampler {
         models: Py<PyAny>,
     ) -> PyResult<Sample> {
         let (index, factors) = &draw;
-        let wishes = request.wishes.iter().map(String::as_str).try_fold(Wishes::default(), with)?;
+        let outputs = request.outputs.iter().map(String::as_str).try_fold(Outputs::default(), with)?;
         let wanted = Request {
             index: *index,
             factors,
             tries: request.tries.unwrap_or(u64::MAX),
             passes: &request.passes.iter().map(|name| pass(name)).collect::<PyResult<Vec<_>>>()?,
-            wishes,
+            outputs,
             labels: labels.as_ref().map(|(split, factors, has_objects)| (&split[..], &factors[..], *has_objects)),
         };
         let mut models = PyModels { models, error: None };
@@ -187,19 +187,19 @@ impl Sampler {
 #[derive(FromPyObject)]
 struct PyRequest {
     passes: Vec<String>,
-    wishes: Vec<String>,
+    outputs: Vec<String>,
     threads: usize,
     tries: Option<u64>,
 }
 
-fn with(wishes: Wishes, name: &str) -> PyResult<Wishes> {
+fn with(outputs: Outputs, name: &str) -> PyResult<Outputs> {
     Ok(match name {
-        "files" => Wishes { files: true, ..wishes },
-        "tar" => Wishes { tar: true, ..wishes },
-        "parts" => Wishes { parts: true, ..wishes },
-        "arrays" => Wishes { arrays: true, ..wishes },
-        "levels" => Wishes { levels: true, ..wishes },
-        _ => return Err(PyValueError::new_err(format!("unknown wish {name:?}"))),
+        "files" => Outputs { files: true, ..outputs },
+        "tar" => Outputs { tar: true, ..outputs },
+        "parts" => Outputs { parts: true, ..outputs },
+        "arrays" => Outputs { arrays: true, ..outputs },
+        "levels" => Outputs { levels: true, ..outputs },
+        _ => return Err(PyValueError::new_err(format!("unknown output {name:?}"))),
     })
 }
 
@@ -272,14 +272,14 @@ pub struct Sample {
 impl Sample {
     fn new(py: Python<'_>, made: Made) -> PyResult<Sample> {
         let Made { sample, rejections } = made;
-        let text = sample.as_ref().map(|sample| sample.text.clone());
+        let is_found = sample.is_some();
         let sample = sample.unwrap_or_default();
         let bytes = |bytes: &[u8]| bytes_of(py, bytes).map(Bound::unbind);
         let tuple = |lengths: &[usize]| PyTuple::new(py, lengths).map(Bound::unbind);
         Ok(Sample {
             attempt: sample.attempt,
             groups: sample.groups,
-            text,
+            text: is_found.then_some(sample.text),
             labels: sample.labels.map(|labels| bytes(labels.as_bytes())).transpose()?,
             files: sample
                 .files

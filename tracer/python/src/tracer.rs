@@ -160,7 +160,7 @@ impl Tracer {
         let listener = Listener::new(0, None, None).within(core(budget));
         let work =
             |monitor: &Monitor, _: &mut (dyn Write + Send)| self.core.levels(window, &developer, false, monitor);
-        let levels = listener.run_interruptibly(py, self.threads, work)?;
+        let (levels, _) = listener.run_interruptibly(py, self.threads, work)?;
         PyByteArray::new_with(py, levels.len(), |copy| {
             copy.copy_from_slice(&levels);
             Ok(())

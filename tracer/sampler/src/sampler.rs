@@ -88,7 +88,7 @@ pub struct Try<'a> {
     pub attempts: u64,
     /// What the picture shows.
     pub view: &'a View,
-    /// Who answers questions.
+    /// Answers questions.
     pub caller: &'a mut dyn Caller,
     /// Where to count.
     pub rejections: &'a mut Rejections,
@@ -104,7 +104,7 @@ pub enum Outcome<'a> {
     Failed,
 }
 
-/// What placing objects asks its caller.
+/// Answers the questions of a sampler while it places objects.
 pub trait Caller {
     /// Returns the shape of an object in JSON that is not plainly valid; as an error, why it is not valid at all.
     fn shape_of(&mut self, json: &str) -> Result<Shape, String>;

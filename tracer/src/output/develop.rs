@@ -103,8 +103,8 @@ impl Developer {
 
     /// Develop interleaved linear RGB that is multiplied by alpha into interleaved sRGB that is not, and alpha.
     ///
-    /// The color is that of the samples that hit something, radiance / alpha, finite, and black without any. It takes the
-    /// place of `radiance`. The fourth value is round(max * alpha).
+    /// The color is that of the samples that hit something, radiance / alpha, finite or NaN, and black without any. It
+    /// takes the place of `radiance`. The fourth value is round(max * alpha).
     ///
     /// # Panics
     ///
@@ -112,7 +112,9 @@ impl Developer {
     pub fn develop_straight(&self, radiance: &mut [f32], alpha: &[f32], out: &mut [u8]) {
         let (color, channel) = (self.bytes_per_pixel(), self.bits.bytes());
         for (radiance, &alpha) in radiance.as_chunks_mut::<3>().0.iter_mut().zip(alpha) {
-            let straight = |x: f32| if alpha > 0.0 { (x / alpha).min(f32::MAX) } else { 0.0 };
+            // Not `min`, which makes a number of NaN.
+            let finite = |x: f32| if x > f32::MAX { f32::MAX } else { x };
+            let straight = |x: f32| if alpha > 0.0 { finite(x / alpha) } else { 0.0 };
             *radiance = radiance.map(straight);
         }
         let pixels = radiance.chunks(3 * STRAIGHT).zip(alpha.chunks(STRAIGHT));

@@ -51,6 +51,26 @@ pub enum Decode {
     Share,
 }
 
+/// From levels to values, as files state it: the quantity of a pass, as `rtcli.tracer.passes` names it, and a formula.
+pub const FORMULAS: [(&str, &str); 4] = [LENGTH, POSITION, DIRECTION, SHARE];
+
+const LENGTH: (&str, &str) = ("length", "scale * level");
+const POSITION: (&str, &str) = ("position", "low + scale * level");
+const DIRECTION: (&str, &str) = ("direction", "level / 127.5 - 1");
+const SHARE: (&str, &str) = ("share", "level / 65535");
+
+impl Decode {
+    /// Return the formula from levels to values.
+    pub const fn formula(&self) -> &'static str {
+        match self {
+            Decode::Length { .. } => LENGTH.1,
+            Decode::Position { .. } => POSITION.1,
+            Decode::Direction => DIRECTION.1,
+            Decode::Share => SHARE.1,
+        }
+    }
+}
+
 /// Return a pass of floats as a picture; None of another. `scale` is the length of one level of a depth or distance; None
 /// to fit it to the values.
 ///

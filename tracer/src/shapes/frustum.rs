@@ -428,7 +428,7 @@ impl Frustum {
 
     /// Whether a light `away` is so distant from points within a radius that the frustum among them is surely before it.
     /// Rounding may move such a light by more than the size of the frustum; and a direction along the side has no part
-    /// across it that would tell.
+    /// across it to decide by.
     #[inline(never)] // once for each light and part of a picture, beside loops that it made slower
     fn is_surely_before(&self, light: &Place, away: f64, radius: f64) -> bool {
         light.weight == 0.0 || away > DISTANT_LIGHT * (radius + self.profile.size())

@@ -9,12 +9,12 @@ use rtcli_tracer::{Level, Monitor, Pass, Stopped};
 
 use super::{Failure, Made, Request, Sample, Template, plain_camera};
 use crate::constraints::Requirement;
-use crate::files::Wishes;
+use crate::files::Outputs;
 use crate::models::Models;
 use crate::picture::Engine;
 
 const CAMERA: &str = r#"{"resolution":[12,8],"fov":60}"#;
-const ALL: Wishes = Wishes { files: true, tar: true, parts: true, arrays: true, levels: true };
+const ALL: Outputs = Outputs { files: true, tar: true, parts: true, arrays: true, levels: true };
 
 /// Models that know one camera and one scene, and no object.
 #[derive(Default)]
@@ -89,23 +89,33 @@ fn template(camera: &str, radius: &str, requirements: &[(&str, f64)]) -> Templat
 
 fn make(template: &Template, request: &Request<'_>, models: &mut Known) -> Result<Made, Failure> {
     let monitor = Monitor::default();
-    let engine = Engine { level: Level::best(), developers: developer, monitor: &monitor, software: "rtcli test" };
-    template.make(request, engine, models)
+    template.make(request, engine(&monitor), models)
 }
 
-fn request(wishes: Wishes, passes: &[Pass]) -> Request<'_> {
-    Request { index: 7, factors: &[], tries: u64::MAX, passes, wishes, labels: Some(("train", "{\"a\":1}", true)) }
+fn engine(monitor: &Monitor) -> Engine<'_> {
+    Engine { level: Level::best(), developers: developer, monitor, software: "rtcli test" }
 }
 
-fn made(template: &Template, wishes: Wishes, passes: &[Pass]) -> Sample {
-    make(template, &request(wishes, passes), &mut Known::default()).unwrap().sample.unwrap()
+fn request(outputs: Outputs, passes: &[Pass]) -> Request<'_> {
+    Request {
+        index: 7,
+        factors: &[],
+        tries: u64::MAX,
+        passes,
+        outputs,
+        labels: Some(("train", "{\"a\":1}", true)),
+    }
+}
+
+fn made(template: &Template, outputs: Outputs, passes: &[Pass]) -> Sample {
+    make(template, &request(outputs, passes), &mut Known::default()).unwrap().sample.unwrap()
 }
 
 #[test]
 fn a_sample_is_drawn_again_until_its_picture_meets_all_constraints() {
     let hidden = |fraction| {
         let template = template(CAMERA, "0.5", &[("min_visible_pixels", 1.0), ("min_visible_fraction", fraction)]);
-        make(&template, &request(Wishes::default(), &[]), &mut Known::default()).unwrap()
+        make(&template, &request(Outputs::default(), &[]), &mut Known::default()).unwrap()
     };
     let tries: Vec<_> = [0.1, 1.0]
         .map(hidden)
@@ -133,8 +143,18 @@ fn a_picture_that_never_meets_a_constraint_makes_no_sample() {
 }
 
 #[test]
+fn a_sample_that_ids_refuse_costs_no_light() {
+    let template = template(CAMERA, "0.5", &[("min_visible_pixels", 1e6)]);
+    let (monitor, few) = (Monitor::default(), Request { tries: 3, ..request(ALL, &[Pass::Depth]) });
+    let made = template.make(&few, engine(&monitor), &mut Known::default()).unwrap();
+    assert!(made.sample.is_none());
+    // The passes of each try, and nothing beside them.
+    assert_eq!(monitor.done(), 3 * 12 * 8);
+}
+
+#[test]
 fn labels_are_one_line_and_tell_of_all_objects() {
-    let labels = made(&template(CAMERA, "0.5", &[]), Wishes::default(), &[]).labels.unwrap();
+    let labels = made(&template(CAMERA, "0.5", &[]), Outputs::default(), &[]).labels.unwrap();
     let start = r#"{"software":"rtcli test","index":7,"split":"train","attempt":0,"factors":{"a":1},"camera":{"#;
     assert!(labels.starts_with(start), "{labels}");
     for part in [
@@ -153,9 +173,17 @@ fn what_is_wanted_does_not_depend_on_what_else_is() {
     let template = template(CAMERA, "0.5", &[]);
     let passes = [Pass::Depth, Pass::ObjectId];
     let all = made(&template, ALL, &passes);
-    let parts = made(&template, Wishes { parts: true, ..Wishes::default() }, &passes);
-    assert_eq!((&parts.parts, &parts.labels), (&all.parts, &all.labels));
-    assert!(parts.files.is_empty() && parts.tar.is_empty() && parts.arrays.is_empty() && parts.levels.is_none());
+    let only = |outputs| {
+        let Sample { files, tar, parts, arrays, levels, labels, .. } = made(&template, outputs, &passes);
+        assert_eq!(labels, all.labels);
+        (files, tar, parts, arrays, levels)
+    };
+    let none = Outputs::default();
+    assert_eq!(only(Outputs { files: true, ..none }), (all.files.clone(), vec![], vec![], vec![], None));
+    assert_eq!(only(Outputs { tar: true, ..none }), (vec![], all.tar.clone(), vec![], vec![], None));
+    assert_eq!(only(Outputs { parts: true, ..none }), (vec![], vec![], all.parts.clone(), vec![], None));
+    assert_eq!(only(Outputs { arrays: true, ..none }), (vec![], vec![], vec![], all.arrays.clone(), None));
+    assert_eq!(only(Outputs { levels: true, ..none }), (vec![], vec![], vec![], vec![], all.levels.clone()));
     let names: Vec<_> = all.files.iter().map(|(end, _)| end.as_str()).collect();
     assert_eq!(names, [".png", ".depth.png", ".object_id.png", ".json"]);
     assert_eq!(
@@ -167,7 +195,7 @@ fn what_is_wanted_does_not_depend_on_what_else_is() {
 
 #[test]
 fn nothing_is_traced_if_only_the_scene_is_wanted() {
-    let scene_only = Request { labels: None, ..request(Wishes::default(), &[Pass::Depth]) };
+    let scene_only = Request { labels: None, ..request(Outputs::default(), &[Pass::Depth]) };
     let template = template(CAMERA, "0.5", &[]);
     let sample = make(&template, &scene_only, &mut Known::default()).unwrap().sample.unwrap();
     assert_eq!((sample.labels, sample.groups), (None, vec![0, 1]));
@@ -179,7 +207,7 @@ fn nothing_is_traced_if_only_the_scene_is_wanted() {
 #[test]
 fn models_answer_for_what_is_not_plainly_valid() {
     let mut models = Known::default();
-    let scene_only = Request { labels: None, ..request(Wishes::default(), &[]) };
+    let scene_only = Request { labels: None, ..request(Outputs::default(), &[]) };
     make(&template("{\"a\":1}", "0.5", &[]), &scene_only, &mut models).unwrap().sample.unwrap();
     assert_eq!((models.asked.len(), &models.asked[0][..]), (2, "{\"a\":1}"));
 

@@ -278,7 +278,7 @@ proptest! {
 #[test]
 fn with_alpha_a_color_is_that_of_the_samples_that_hit() {
     let developer = Developer::new(0.0, ToneCurve::Clip, BitDepth::Eight);
-    let mut radiance = [0.25, 0.5, 0.0, 0.7, 0.7, 0.7, 1e38, 0.0, 0.0];
+    let mut radiance = [0.25, 0.5, f32::NAN, 0.7, 0.7, 0.7, 1e38, 0.0, 0.0];
     let mut levels = [9; 12];
     developer.develop_straight(&mut radiance, &[0.5, 0.0, 1e-3], &mut levels);
     let [half, white] = [0.5, 1.0].map(|x| exact(x, 0.0, ToneCurve::Clip, BitDepth::Eight) as u8);
