@@ -250,9 +250,21 @@ class LocalWorkers(Workers):
             return ProcessPoolExecutor(self._count, self._context, _start_worker)
 
     def submit(self, function: Callable[[_T], _R], task: _T) -> Future[_R]:
-        """Call a function with a task in a worker, which may start a process: signals must not interrupt that."""
-        with signals.blocked(), _malloc_settings():
-            return super().submit(function, task)
+        """Call a function with a task in a worker, which may start a process: signals must not interrupt that.
+
+        Raises
+        ------
+        concurrent.futures.BrokenExecutor
+            If a worker died.
+        """
+        try:
+            with signals.blocked(), _malloc_settings():
+                return super().submit(function, task)
+        except OSError as error:
+            if error.errno is not None:
+                raise
+            # The executor is about to say so itself: it has closed its pipe to the thread that would take the task.
+            raise BrokenExecutor("a worker process died") from error
 
     def restart(self) -> None:
         """Start new processes after one died.

@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -167,6 +167,20 @@ def test_worker_that_dies_costs_its_own_task_alone(local):
     assert isinstance(found.pop(DIE).error, WorkerDiedError)
     assert {result.value for result in found.values()} == set(range(20))
     assert all(result.error is None for result in found.values())
+
+
+def test_worker_that_dies_while_a_task_is_submitted_costs_no_task(local, monkeypatch):
+    submit, calls = ProcessPoolExecutor.submit, []
+
+    def closed(self, *arguments):
+        calls.append(arguments)
+        if len(calls) == 3:
+            raise OSError("handle is closed")
+        return submit(self, *arguments)
+
+    monkeypatch.setattr(ProcessPoolExecutor, "submit", closed)
+    found = list(news(local, eval, [f"{number}+0" for number in range(9)]))
+    assert sorted(result.value for result in found) == list(range(9))
 
 
 def test_every_worker_that_dies_is_told(local):
