@@ -263,7 +263,7 @@ class LocalWorkers(Workers):
         except OSError as error:
             if error.errno is not None:
                 raise
-            # The executor is about to say so itself: it has closed its pipe to the thread that would take the task.
+            # The executor is about to say so itself: it has closed its pipe to the thread that takes the task.
             raise BrokenExecutor("a worker process died") from error
 
     def restart(self) -> None:
