@@ -57,7 +57,7 @@ render: {max_depth: 0}
 #[test]
 fn objects_have_their_names() {
     let ball = |name| format!("  - {{type: sphere, position: [1, 2, 3], radius: 1, color: red{name}}}\n");
-    let names = [", name: \"1:-🙂ö\"", "", ", name: -2:b", ", name: c"];
+    let names = [", name: \"1:-🙂ö\"", "", ", name: \"-2:b\"", ", name: c"];
     let text = format!("camera: {{resolution: [4, 2], fov: 90}}\nobjects:\n{}", names.map(ball).concat());
     assert_eq!(scene(&text).unwrap().names(), [Some("1:-🙂ö"), None, Some("-2:b"), Some("c")]);
 }
