@@ -7,7 +7,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rtcli_bodies::boxes::{Beyond, Triple};
 
-use crate::world::items;
+use crate::columns::items;
 
 /// The box around each of many objects.
 #[pyclass(module = "rtcli.tracer._native", frozen)]

@@ -9,14 +9,14 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyBytes};
 use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
-use rtcli_tracer::memory::{Growing, collect, filled, spare};
+use rtcli_tracer::memory::{Growing, filled, spare};
 use rtcli_tracer::meter::MeterReading;
 use rtcli_tracer::names::UnknownName;
 use rtcli_tracer::png::{Color, Header, PngWriter};
 
+use crate::columns::{copied, items};
 use crate::errors::{io_error, out_of_memory};
 use crate::interruptible::bytes_of;
-use crate::world::items;
 
 /// Stops, tone curve, bits a channel.
 pub type PyDisplay<'a> = (f64, &'a str, u8);
@@ -207,14 +207,4 @@ fn pixels(bytes: &[u8]) -> PyResult<Cow<'_, [f32]>> {
         Ok(pixels) => Ok(Cow::Borrowed(pixels)),
         Err(_) => Ok(Cow::Owned(copied(bytes, "the radiance")?)),
     }
-}
-
-/// Copy bytes of any alignment to a list of items.
-///
-/// # Errors
-///
-/// `MemoryError` if memory runs out.
-pub fn copied<T: bytemuck::AnyBitPattern>(bytes: &[u8], what: &'static str) -> PyResult<Vec<T>> {
-    let items = bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned);
-    collect(items, what).map_err(out_of_memory)
 }

@@ -8,6 +8,7 @@
 //! - `arrays`: the arrays of a film, which NumPy owns
 //! - `interruptible`: work in a thread pool while the calling thread listens to Python
 //! - `byte_channel`: bytes on their way from the pool to the calling thread
+//! - `columns`: bytes of Python as numbers
 //! - `display`: developing and metering radiance from any engine
 //! - `boxes`: the boxes around objects, and those that hold others
 //! - `draws`: the random words of templates, and the bodies that are measured
@@ -22,6 +23,7 @@
 mod arrays;
 mod boxes;
 mod byte_channel;
+mod columns;
 mod display;
 mod draws;
 mod errors;

@@ -13,10 +13,10 @@ use rtcli_tracer::png::{self, Color, Header};
 use rtcli_tracer::rle::{self, PixelBox};
 
 use crate::arrays::pass;
+use crate::columns::items;
 use crate::display::{bit_depth, has_pixels};
 use crate::errors::out_of_memory;
 use crate::interruptible::bytes_of;
-use crate::world::items;
 
 /// The largest picture to decode: 65,535 x 16,384 pixels of 16-bit RGB.
 const MOST_BYTES: usize = 6 << 30;

@@ -8,10 +8,11 @@ use rtcli_reader::{Lights, Objects, Scene, Section};
 use rtcli_tracer::memory::reserve;
 use rtcli_tracer::world::{Camera, Kind, LightSource, ShapeDesc};
 
+use crate::columns::items;
 use crate::errors::out_of_memory;
 use crate::interruptible::bytes_of;
 use crate::scene_file::{PyEdit, borrowed, format_of};
-use crate::world::{for_each_row, items};
+use crate::world::for_each_row;
 
 /// The sections, the columns of objects, of checkers and of lights, and the names of the objects.
 pub type PyScene<'py> =

@@ -1,6 +1,7 @@
 //! The conversion of packed columns to a `World`; `rtcli/tracer/world.py` describes each number.
 
-use crate::display::{copied, has_pixels};
+use crate::columns::items;
+use crate::display::has_pixels;
 use crate::errors::out_of_memory;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -11,7 +12,6 @@ use rtcli_tracer::world::{
     Camera, CheckerDesc, Columns, Kind, LightDesc, LightSource, Object, Objects, Settings, ShapeDesc, Vector,
     Window, World,
 };
-use std::borrow::Cow;
 
 /// The most objects whose faces can be numbered in 32 bits.
 const MOST_OBJECTS: usize = 1 << 28;
@@ -222,18 +222,6 @@ pub fn window((x, y, width, height): PyWindow, whole: (u32, u32)) -> PyResult<Wi
         Ok(Window { x, y, width, height })
     } else {
         Err(PyValueError::new_err("the window is not inside the picture"))
-    }
-}
-
-/// Return the items of a column; they are copied only if they are not aligned.
-pub fn items<T: bytemuck::AnyBitPattern>(bytes: &[u8]) -> PyResult<Cow<'_, [T]>> {
-    if !bytes.len().is_multiple_of(size_of::<T>()) {
-        let message = format!("{} bytes are not a whole number of items", bytes.len());
-        return Err(PyValueError::new_err(message));
-    }
-    match bytemuck::try_cast_slice(bytes) {
-        Ok(items) => Ok(items.into()),
-        Err(_) => Ok(copied(bytes, "the scene")?.into()),
     }
 }
 
