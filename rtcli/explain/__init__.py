@@ -224,7 +224,10 @@ class _Pixel:
             return point
         index = np.array([NOTHING if place == NOTHING else self.chosen[place] for place in point.hit.index])
         hit = replace(point.hit, index=index)
-        return replace(point, world=prepared.world, scenery=prepared.listed, names=prepared.bodies.names, hit=hit)
+        # The tests are of the objects that take part.
+        return replace(
+            point, world=prepared.world, scenery=prepared.listed, names=prepared.bodies.names, hit=hit, shadows=()
+        )
 
     def _ray_step(self, ray: Ray, within: tuple[float, float]) -> Step:
         camera = self.tracer.scenery.camera
