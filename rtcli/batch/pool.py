@@ -112,8 +112,8 @@ def results(
 ) -> Iterator[Result | None]:
     """Yield the results of tasks in the order of completion, and None now and then while there are none.
 
-    Short tasks go to a worker in groups. A task whose worker dies, or that fails, is tried once more, alone. If it
-    fails again, its error is yielded.
+    Short tasks go to a worker in groups. The tasks of a group whose worker dies, and a task that fails, are tried
+    once more, alone. If one fails again, its error is yielded.
 
     Parameters
     ----------
@@ -137,14 +137,15 @@ def results(
             yield None
         for future in done:
             group = pending.pop(future)
-            made = None if future.exception() is not None else future.result()
-            if made is None and len(group) == 1:
+            if future.exception() is not None:
+                # Each is alone at once: a task that kills its workers must cost no third one.
                 failed += group
+                queue.learn(None)
                 continue
-            values = [] if made is None else made.values
-            yield from map(Result, group, values)
-            queue.put_back(group[len(values) :])
-            queue.learn(None if made is None else made.seconds)
+            made = future.result()
+            yield from map(Result, group, made.values)
+            queue.put_back(group[len(made.values) :])
+            queue.learn(made.seconds)
         yield from (_retry(workers, function, task) for task in failed)
 
 
@@ -170,7 +171,7 @@ class _Queue:
         return taken
 
     def put_back(self, tasks: Iterable[Any]) -> None:
-        """Have tasks of a group that was not finished go to workers one by one, before others."""
+        """Have tasks that a group did not reach go to workers one by one, before others."""
         self._single.extend(tasks)
 
     def learn(self, seconds: float | None) -> None:

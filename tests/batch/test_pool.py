@@ -144,6 +144,14 @@ def test_worker_that_dies_at_work_on_a_group_costs_its_own_task_alone(local, mon
     assert all(result.error is None for result in found.values())
 
 
+def test_task_that_kills_its_workers_costs_two_however_many_tasks_went_with_it(local, tmp_path, monkeypatch):
+    monkeypatch.setattr("rtcli.batch.pool._GROUP_SECONDS", 1e9)
+    killer = f"__import__('pathlib').Path({str(tmp_path / 'deaths')!r}).open('ab', 0).write(b'x'), {DIE}"
+    errors = [result.error for result in news(local, eval, [*map(str, range(20)), killer, "20"])]
+    assert sum(error is not None for error in errors) == 1
+    assert (tmp_path / "deaths").read_text() == "xx"
+
+
 def test_task_that_raises_is_tried_once_more_and_then_told():
     calls = []
 
