@@ -192,7 +192,7 @@ class _Drawer:
     def _occluders(self, source: LightSource) -> Iterator[Occluder]:
         """Yield what may stand between the point and the middle of a light."""
         scenery, ray, hit = self.point.scenery, self.point.ray, self.point.hit
-        (near,) = scenery.near_paths([source], ray, hit)
+        near = scenery.near_paths([source], ray, hit)
         yield from scenery.occluders(source, path_to_light(source, ray, hit), hit.index, near)
 
     def _plane(self, wi: Vector | None) -> SectionPlane:

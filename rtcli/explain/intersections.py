@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from rtcli.explain.records import FARTHER, NEAREST, Intersection, Intersections, ObjectName
-from rtcli.explain.shapes import SHAPES
+from rtcli.explain.shapes import SHAPES, RayTerms
 from rtcli.scene.diagnostics.problems import counted
 from rtcli.tracer.reference import NOTHING, Hit, Object, Ray, Scenery
 
@@ -16,7 +16,8 @@ def intersect_all(scenery: Scenery, names: Sequence[ObjectName], ray: Ray, hit: 
     nearest, t = int(hit.index[0]), float(hit.t[0])
     seen = None if nearest == NOTHING else names[nearest]
     objects = tuple(
-        _intersection(shape, name, ray, seen, t) for shape, name in zip(scenery.objects, names, strict=True)
+        _intersection(name, _parameter(shape, ray, is_near), SHAPES[name.type].intersect(shape, ray), (seen, t))
+        for shape, name, is_near in zip(scenery.objects, names, scenery.near_rays(ray).tolist(), strict=True)
     )
     types = {name.type for name in names}
     shapes = [notes for type, notes in SHAPES.items() if type in types]
@@ -44,12 +45,15 @@ def _outcome(objects: Sequence[Intersection], seen: ObjectName | None, count: in
     return f"The ray hits {hits:,} of {total}. The nearest is {seen.label}."
 
 
+def _parameter(shape: Object, ray: Ray, is_near: bool) -> float:
+    return float(shape.intersection_parameter(ray)[0]) if is_near else math.inf
+
+
 def _intersection(
-    shape: Object, name: ObjectName, ray: Ray, seen: ObjectName | None, nearest: float
+    name: ObjectName, t: float, terms: RayTerms, nearest_hit: tuple[ObjectName | None, float]
 ) -> Intersection:
-    """Return the intersection with one object, where `seen` is the nearest, at t = `nearest`."""
-    t = float(shape.intersection_parameter(ray)[0])
-    terms = SHAPES[name.type].intersect(shape, ray)
+    """Return the intersection with one object, where another, or none, is the nearest at its own t."""
+    seen, nearest = nearest_hit
     if seen is None or not math.isfinite(t):
         return Intersection(name, terms.miss, None, terms.numbers, terms.reason)
     if name == seen:

@@ -46,6 +46,7 @@ from rtcli.tracer.reference import (
     irradiance_of,
     path_to_light,
     seen_directly,
+    sums_over_places,
 )
 from rtcli.tracer.world import NO_CARRIER, World
 
@@ -98,12 +99,12 @@ class SurfacePoint:
         """Whether the lights matter."""
         return self.kind == SURFACE and self.scenery.settings.max_depth > 0
 
-    def blockers(self, occluders: Iterable[Occluder]) -> tuple[Occlusion, ...]:
-        """Return what is between the point and a light, in the order of `Occlusion.distance`."""
+    def blockers(self, occluders: Iterable[Occluder], path: int = 0) -> tuple[Occlusion, ...]:
+        """Return what is between the point and a light on a path, in the order of `Occlusion.distance`."""
         found = (
-            Occlusion(self.names[occluder.index], float(occluder.t[0]))
+            Occlusion(self.names[occluder.index], float(occluder.t[path]))
             for occluder in occluders
-            if occluder.between[0]
+            if len(occluder.t) and occluder.between[path]
         )
         return tuple(sorted(found, key=lambda blocking: blocking.distance))
 
@@ -252,23 +253,16 @@ def _emitter_share(point: SurfacePoint, i: int) -> LightShare:
     """Return the share of a light with a size: the sum over its places."""
     scenery, source = point.scenery, point.scenery.light_sources[i]
     middle = path_to_light(source, point.ray, point.hit)
-    unhidden, reached = np.zeros(1), np.zeros(1)
-    facing, beyond, reaching, hidden = 0, 0, 0, Counter[ObjectName]()
+    unhidden, reached, _ = sums_over_places(point.shadows[i], 1)
+    count, facing, beyond, hidden = 0, 0, 0, Counter[ObjectName]()
     for test in point.shadows[i]:
-        if not test.way.cosine[0] > 0:
-            continue
-        facing += 1
-        unhidden += test.weight()
-        if not test.same_side[0]:
-            beyond += 1
-        elif blockers := point.blockers(test.occluders):
-            hidden[blockers[0].object] += 1
-        else:
-            reaching += 1
-            reached += test.weight()
-    seen = Places(
-        len(point.shadows[i]), facing, reaching, tuple(HiddenPlaces(*item) for item in hidden.most_common())
-    )
+        count += test.source.count
+        facing += int(np.count_nonzero(test.way.cosine > 0))
+        beyond += int(np.count_nonzero((test.way.cosine > 0) & ~test.same_side))
+        blockers = (point.blockers(test.occluders, path) for path in range(len(test.facing)))
+        hidden.update(blocking[0].object for blocking in blockers if blocking)
+    reaching = facing - beyond - hidden.total()
+    seen = Places(count, facing, reaching, tuple(HiddenPlaces(*item) for item in hidden.most_common()))
     irradiance = scenery.soft_irradiance(source, middle, (unhidden, reached))
     verdict = LIT if reaching else TURNED_AWAY if not facing else OTHER_SIDE if beyond == facing else BLOCKED
     return LightShare(

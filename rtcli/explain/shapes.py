@@ -233,8 +233,8 @@ _BESIDE_SLAB = Miss(
 def _of_side(terms: Side, start: Place, ray: Ray) -> tuple[Number, ...]:
     if ray.beside is not None:  # m, B and C depend on where a ray starts
         return Number("A", float(terms.a[0])), Number("D", float(terms.discriminant[0]))
-    values = {"m": start.m, "A": terms.a[0], "B": terms.b[0], "C": start.power, "D": terms.discriminant[0]}
-    return tuple(Number(name, float(value)) for name, value in values.items())
+    values = {"m": start.m, "A": terms.a, "B": terms.b, "C": start.power, "D": terms.discriminant}
+    return tuple(Number(name, float(value[0])) for name, value in values.items())
 
 
 def _span(name: str, enter: Array, leave: Array) -> Number:

@@ -7,7 +7,7 @@ their rounding), so a crop is bit for bit the sub-picture.
 
 All rays traced together pass through one point, the eye or a light, or are parallel and start around one:
 `Ray.offset`. Objects are taken relative to that point before anything else, which keeps scenes far from the origin
-as accurate as those around it.
+as accurate as those around it. Only the rays from several places of a light pass through one point each.
 """
 
 from __future__ import annotations
@@ -72,6 +72,9 @@ NO_SQUARE = 1e-150
 
 # A shadow ray that meets an object within this share of its length before its end may only touch it there.
 NEAR_THE_END = 1e-3
+
+# Places of a light are traced together as long as there are no more paths to them: small enough for the cache.
+MOST_PATHS = 1 << 12
 
 # Values beyond float32 are clipped to its largest number: a picture holds no infinities.
 LARGEST = float(np.finfo(np.float32).max)
@@ -138,7 +141,8 @@ class Ray:
     Parameters
     ----------
     offset
-        (3, 1): o, the point where they all start; of parallel rays, the middle of the plane where they start.
+        (3, 1): o, the point where they all start; of parallel rays, the middle of the plane where they start. Or
+        (3, N): of each ray its own.
     direction
         (3, N): d, unit length, so that t is the distance.
     beside
@@ -170,7 +174,8 @@ class Ray:
 
     def take(self, rays: Indices) -> Ray:
         """Return some of the rays."""
-        return Ray(self.offset, self.direction[:, rays], None if self.beside is None else self.beside[:, rays])
+        offset = self.offset if self.offset.shape[1] == 1 else self.offset[:, rays]
+        return Ray(offset, self.direction[:, rays], None if self.beside is None else self.beside[:, rays])
 
 
 @dataclass(frozen=True)
@@ -264,17 +269,20 @@ class Light:
 
 
 class LightSource(ABC):
-    """A source of light (section 3.3): `color` (3, 1), `intensity`.
+    """A source of light (section 3.3): `color` (3, 1), `intensity`; or P places of one, none of which has a size.
 
     Attributes
     ----------
     size
         0 without a size; the radius of a ball; the sine of half the angular diameter of a sun.
+    count
+        P, 1 but for places.
     whole
-        The source that this is one place of, or itself.
+        The source that these are places of, or itself.
     """
 
     size = 0.0
+    count = 1
 
     def __init__(self, color: Iterable[float], intensity: float, parameters: Sequence[float]) -> None:
         self.color = column(color)
@@ -287,8 +295,8 @@ class LightSource(ABC):
         """Keep the numbers that a source of this kind has beside its color and intensity."""
 
     @abstractmethod
-    def _places(self, pattern: Array) -> Iterable[LightSource]:
-        """Yield sources without a size at the places of a pattern (3, n)."""
+    def _places(self, pattern: Array) -> LightSource:
+        """Return a source without a size at the places of a pattern (3, P)."""
 
     @abstractmethod
     def weight(self, way: PathToLight) -> Array:
@@ -298,11 +306,10 @@ class LightSource(ABC):
     def mean_of_places(self, total: Array, count: int) -> Light:
         """Return the irradiance at points where the weights of places have a sum (N,)."""
 
-    def places(self, pattern: Array) -> list[LightSource]:
-        """Return the places of a source with a size, each without: section 2.3.5."""
-        places = list(self._places(pattern))
-        for place in places:
-            place.whole = self
+    def places(self, pattern: Array) -> LightSource:
+        """Return places of a source with a size: section 2.3.5."""
+        places = self._places(pattern)
+        places.count, places.whole = pattern.shape[1], self
         return places
 
     @abstractmethod
@@ -311,15 +318,18 @@ class LightSource(ABC):
 
     @abstractmethod
     def way_from(self, eye: Array, sight: Array) -> tuple[Array, Array]:
-        """Return r (N,) and l (3, N), distance and unit direction, from points at `sight` (3, N) from the eye."""
+        """Return distances r and unit directions l from points at `sight` (3, N) from the eye: (P N,), (3, P N).
+
+        Those to the first place come first.
+        """
 
     @abstractmethod
-    def side_of(self, shape: Object) -> int:
-        """Return the side of an object that the source is on, as `Object.side` does."""
+    def side_of(self, shape: Object) -> Sides:
+        """Return the side of an object that each place is on, as `Object.side` does: (P,)."""
 
     @abstractmethod
     def crossing(self, shape: Object, way: PathToLight, within: tuple[Array, float]) -> tuple[Array, Array]:
-        """Return where the paths from points to the source cross an object last: (N,) each.
+        """Return where paths from points to the source cross an object last: (N,) each.
 
         Parameters
         ----------
@@ -339,7 +349,7 @@ class LightSource(ABC):
 
 
 class PointLight(LightSource):
-    """A point that emits equally in all directions (section 2.3.2), at its `position` (3, 1); or a ball around it.
+    """A point that emits equally in all directions (section 2.3.2), at its `position` (3, P); or a ball around it.
 
     It counts as no nearer than the distance `nearest`.
     """
@@ -350,13 +360,12 @@ class PointLight(LightSource):
         *position, self.size = parameters
         self.position = column(position)
 
-    def _places(self, pattern: Array) -> Iterator[LightSource]:
-        """Yield points at P_L + R q (section 2.3.5)."""
-        for place in pattern.T:
-            source = PointLight((1.0, 1.0, 1.0), 1.0, (0.0, 0.0, 0.0, 0.0))
-            source.position = self.position + self.size * place[:, None]
-            source.nearest = self.size / 4
-            yield source
+    def _places(self, pattern: Array) -> LightSource:
+        """Return points at P_L + R q (section 2.3.5)."""
+        source = PointLight((1.0, 1.0, 1.0), 1.0, (0.0, 0.0, 0.0, 0.0))
+        source.position = self.position + self.size * pattern
+        source.nearest = self.size / 4
+        return source
 
     def weight(self, way: PathToLight) -> Array:
         """Return g = cos(theta) r / max(r, nearest)^3."""
@@ -373,24 +382,25 @@ class PointLight(LightSource):
 
     def way_from(self, eye: Array, sight: Array) -> tuple[Array, Array]:
         """Return r and l = (P_L - P) / r, by way of the eye: both parts are small even far from the origin."""
-        to_light = (self.position - eye) - sight
+        to_light = ((self.position - eye)[:, :, None] - sight[:, None]).reshape(3, -1)
         distance = length(to_light)
         return distance, to_light / distance
 
-    def side_of(self, shape: Object) -> int:
-        """Return the side of an object that the position is on."""
+    def side_of(self, shape: Object) -> Sides:
+        """Return the side of an object that each position is on: (P,)."""
         return shape.side(self.position)
 
     def crossing(self, shape: Object, way: PathToLight, within: tuple[Array, float]) -> tuple[Array, Array]:
         """Meet the object with rays from the light, so that they pass through one point as primary rays do."""
-        start = shape.stand_in(self.position, *within)
-        part = way if start is self.position else way.toward(start)
+        light = self.position if self.count == 1 else self.position[:, way.place]
+        start = shape.stand_in(light, *within)
+        part = way if start is light else way.toward(start)
         t = shape.intersection_parameter(Ray(start, -part.wi))
         return t + (way.distance - part.distance), part.distance - t
 
 
 class SunLight(LightSource):
-    """A light infinitely far away (section 2.3.4), in the direction `toward` (3, 1), a unit vector; or a disk."""
+    """A light infinitely far away (section 2.3.4), in the directions `toward` (3, P), unit vectors; or a disk."""
 
     def _set_parameters(self, parameters: Sequence[float]) -> None:
         *direction, degrees = parameters
@@ -398,8 +408,8 @@ class SunLight(LightSource):
         half = math.radians(degrees) / 2
         self.size, self.half_cosine = math.sin(half), math.cos(half)
 
-    def _places(self, pattern: Array) -> Iterator[LightSource]:
-        """Yield directions spread evenly over the solid angle of the disk (section 2.3.5).
+    def _places(self, pattern: Array) -> LightSource:
+        """Return directions spread evenly over the solid angle of the disk (section 2.3.5).
 
         1 - cos(t) = (x^2 + y^2) (1 - cos(a)),  l = cos(t) toward + sin(t) (x u + y v) / |(x, y)|
         """
@@ -408,12 +418,12 @@ class SunLight(LightSource):
         axis[np.abs(self.toward).argmin()] = 1
         u = unit(cross(axis, self.toward))
         v = cross(self.toward, u)
-        for x, y, _ in pattern.T:
-            fall = (x * x + y * y) * depth
-            out = math.sqrt(depth * (2 - fall))
-            source = SunLight((1.0, 1.0, 1.0), 1.0, (0.0, -1.0, 0.0, 0.0))
-            source.toward = (1 - fall) * self.toward + (out * x * u + out * y * v)
-            yield source
+        x, y, _ = pattern
+        fall = (x * x + y * y) * depth
+        out = np.sqrt(depth * (2 - fall))
+        source = SunLight((1.0, 1.0, 1.0), 1.0, (0.0, -1.0, 0.0, 0.0))
+        source.toward = (1 - fall) * self.toward + (out * x * u + out * y * v)
+        return source
 
     def weight(self, way: PathToLight) -> Array:
         """Return g = cos(theta)."""
@@ -429,10 +439,11 @@ class SunLight(LightSource):
 
     def way_from(self, eye: Array, sight: Array) -> tuple[Array, Array]:
         """Return r = +inf and l, the same at all points."""
-        return np.full(sight.shape[1], np.inf), np.broadcast_to(self.toward, sight.shape)
+        wi = np.repeat(self.toward, sight.shape[1], axis=1)
+        return np.full(wi.shape[1], np.inf), wi
 
-    def side_of(self, shape: Object) -> int:
-        """Return the side of an object that the light comes from."""
+    def side_of(self, shape: Object) -> Sides:
+        """Return the side of an object that the light comes from: (P,)."""
         return shape.side_toward(self.toward)
 
     def crossing(self, shape: Object, way: PathToLight, within: tuple[Array, float]) -> tuple[Array, Array]:
@@ -538,15 +549,15 @@ class Object(ABC):
         return np.where(self.checker.is_odd(self.on_face(ray, t)), self.checker.color, self.color)
 
     @abstractmethod
-    def side(self, point: Array) -> int:
-        """Return the side of a point (3, 1): 1 before the surface or outside, -1 behind it or inside, 0 on it.
+    def side(self, point: Array) -> Sides:
+        """Return the sides of points (3, N): 1 before the surface or outside, -1 behind it or inside, 0 on it.
 
         From the surface of a solid the eye sees its inside.
         """
 
-    def side_toward(self, direction: Array) -> int:
-        """Return the side of what is infinitely far away in a direction (3, 1): 1 or -1, 0 along the surface."""
-        return 1
+    def side_toward(self, direction: Array) -> Sides:
+        """Return the sides of what is infinitely far away in directions (3, N): 1 or -1, 0 along the surface."""
+        return np.ones(direction.shape[1], dtype=np.int8)
 
     @abstractmethod
     def exit_parameter(self, way: PathToLight) -> Array:
@@ -568,15 +579,16 @@ class Object(ABC):
         return float(np.abs(point - self.position).sum()) + self.size
 
     def stand_in(self, light: Array, point: Array, spread: float) -> Array:
-        """Return the position (3, 1) of a light, or a nearer one if float64 loses the object at that distance.
+        """Return positions (3, K) of a light, or nearer ones where float64 loses the object at that distance.
 
         Both lie in one direction from `point` (3, 1), and almost so from points within `spread` of it.
         """
         reach = spread + self.reach(point)
-        distance = float(length(light - point)[0])
-        if reach == 0 or distance <= MAX_LIGHT_RATIO * reach:
+        distance = length(light - point)
+        distant = distance > MAX_LIGHT_RATIO * reach
+        if reach == 0 or not distant.any():
             return light
-        return point + (light - point) * (NEARER_LIGHT_RATIO * reach / distance)
+        return np.where(distant, point + (light - point) * (NEARER_LIGHT_RATIO * reach / distance), light)
 
     def touched_by(self, way: PathToLight, ahead: Array, slack: Array) -> Mask:
         """Return which shadow rays, met so far ahead of their points, only touch the surface there: (N,).
@@ -599,23 +611,22 @@ class Object(ABC):
         return rounding
 
     def rounding(self, point: Array) -> Array:
-        """Return how close to each pair of faces, or the one surface, a point (3, 1) counts as on it: (K, 1)."""
-        # Plain numbers, because NumPy takes several times as long for three. Scaled first, lest a sum overflow.
-        there, here = point.ravel().tolist(), self.position.ravel().tolist()
-        away = sum(ON_SURFACE * abs(a - b) for a, b in zip(there, here, strict=True))
-        largest = max(map(abs, there)), max(map(abs, here))
-        return np.array([[away + ON_SURFACE * self.size + COORDINATE * largest[0] + COORDINATE * largest[1]]])
+        """Return how close to each of K faces, or the one surface, points (3, N) count as on it: (K, N)."""
+        away = (ON_SURFACE * np.abs(point - self.position)).sum(axis=0)  # scaled first, lest a sum overflow
+        there, here = np.abs(point).max(axis=0), np.abs(self.position).max()
+        rounding: Array = away + ON_SURFACE * self.size + COORDINATE * there + COORDINATE * here
+        return rounding[None]
 
 
-def rounding_across(normal: Sequence[float], point: Array, position: Array, sizes: tuple[float, float]) -> float:
-    """Return how close to a flat face a point (3, 1) counts as on it.
+def rounding_across(normal: Sequence[float], point: Array, position: Array, sizes: tuple[float, float]) -> Array:
+    """Return how close to a flat face points (3, N) count as on it: (N,).
 
     Parameters
     ----------
     normal
         The unit normal of the face: three numbers.
     point
-        The point.
+        The points.
     position
         The position of the object.
     sizes
@@ -626,16 +637,18 @@ def rounding_across(normal: Sequence[float], point: Array, position: Array, size
     As for a sphere, except that lengths along the face count no more than the point's own coordinates: neither the
     distance along a floor to the point that defines it nor the extent of the floor affects its height.
     """
-    there, here = point.ravel().tolist(), position.ravel().tolist()
-    apart = [ON_SURFACE * abs(a - b) for a, b in zip(there, here, strict=True)]
+    across = [abs(component) for component in normal]
+    apart, there, here = ON_SURFACE * np.abs(point - position), np.abs(point), COORDINATE * np.abs(position)
+    flat = _weighted(across, apart) + ON_SURFACE * sizes[0] + (ON_SURFACE * there).sum(axis=0)
+    away = np.minimum(flat, apart.sum(axis=0) + ON_SURFACE * sizes[1])
+    largest = COORDINATE * there.max(axis=0)
+    rounding: Array = away + largest + np.minimum(here.max(), _weighted(across, here) + largest)
+    return rounding
 
-    def along(vector: Iterable[float]) -> float:
-        return sum(abs(n * x) for n, x in zip(normal, vector, strict=True) if n)  # x may be infinite
 
-    flat = along(apart) + ON_SURFACE * sizes[0] + sum(ON_SURFACE * abs(a) for a in there)
-    away = min(flat, sum(apart) + ON_SURFACE * sizes[1])
-    largest = COORDINATE * max(map(abs, there)), COORDINATE * max(map(abs, here))
-    return away + largest[0] + min(largest[1], along(COORDINATE * b for b in here) + largest[0])
+def _side_at(height: Array) -> Sides:
+    """Return the sides of what is at heights above a surface: 1, -1, or 0 on it; 1 if infinitely far, NaN."""
+    return np.where(np.isnan(height), 1, np.sign(height)).astype(np.int8)
 
 
 def nearest_positive(near: Array, far: Array, start: Array) -> Array:
@@ -704,15 +717,15 @@ class Sphere(Object):
         outward = ray.sight(t) - (self.position - ray.offset)
         if ray.beside is not None:
             return np.where(dot(outward, ray.direction) > 0, -1, 1) * outward / length(outward)
-        return (1 if self.side(ray.offset) > 0 else -1) * outward / length(outward)
+        return np.where(self.side(ray.offset) > 0, 1, -1) * outward / length(outward)
 
     def extent(self, direction: Array) -> Array:
         """Return R: ()."""
         return np.asarray(self.radius)
 
-    def side(self, point: Array) -> int:
+    def side(self, point: Array) -> Sides:
         """Return 1 outside, -1 inside, 0 on the sphere."""
-        return int(np.sign(self._power(point)))
+        return _side_at(self._power(point))
 
     def exit_parameter(self, way: PathToLight) -> Array:
         """Return b + sqrt(D), with b and D as for primary rays (section 2.2.1)."""
@@ -726,11 +739,11 @@ class Sphere(Object):
         """Return |P - C| - R: (1, N)."""
         return (length(sight - (self.position - eye)) - self.radius)[None]
 
-    def _power(self, point: Array) -> float:
-        """Return |c|^2 - R^2, c from a point to the center, without cancellation: > 0 outside, 0 on the sphere."""
-        distance = float(length(self.position - point)[0])
+    def _power(self, point: Array) -> Array:
+        """Return |c|^2 - R^2, c from points to the center, without cancellation: > 0 outside, 0 on the sphere."""
+        distance = length(self.position - point)
         height = distance - self.radius
-        return height * (distance + self.radius) if abs(height) > self.rounding(point).item() else 0.0
+        return np.where(np.abs(height) > self.rounding(point)[0], height * (distance + self.radius), 0.0)
 
 
 class Plane(Object):
@@ -750,7 +763,7 @@ class Plane(Object):
     def crossing(self, ray: Ray) -> tuple[Array, Array]:
         """Solve (p - p_0) . n = 0: return l . n and t = (p_0 - l_0) . n / (l . n), both (N,)."""
         along = dot(ray.direction, self.direction)
-        height: Any = self._distance(ray.offset)
+        height = self._distance(ray.offset)
         if ray.beside is not None:
             height = height + dot(ray.beside, self.direction)
         return along, -height / along
@@ -779,18 +792,18 @@ class Plane(Object):
             from_origin = from_origin + ray.beside
         return np.stack([dot(from_origin, column(a)) + t * dot(ray.direction, column(a)) for a in axes])
 
-    def side(self, point: Array) -> int:
+    def side(self, point: Array) -> Sides:
         """Return 1 in front of the plane, -1 behind it, 0 on it."""
-        return int(np.sign(self._distance(point)))
+        return _side_at(self._distance(point))
 
     def seen_side(self, ray: Ray, hit: Hit) -> Array:
         """Return the side of the plane to which the normal points."""
         sides: Array = np.sign(dot(hit.normal, self.direction))
         return sides
 
-    def side_toward(self, direction: Array) -> int:
+    def side_toward(self, direction: Array) -> Sides:
         """Return 1 in front of the plane, -1 behind it, 0 along it."""
-        return int(np.sign(dot(direction, self.direction)[0]))
+        return _side_at(dot(direction, self.direction))
 
     def exit_parameter(self, way: PathToLight) -> Array:
         """Return t where the line crosses the plane, unless it is parallel: |l . n| >= 1e-6."""
@@ -808,20 +821,20 @@ class Plane(Object):
 
     def reach(self, point: Array) -> float:
         """Return the distance from a point (3, 1) to the plane."""
-        return abs(self._distance(point))
+        return abs(float(self._distance(point)[0]))
 
     def rounding(self, point: Array) -> Array:
-        """Return how close to the plane a point (3, 1) counts as on it: (1, 1)."""
-        return np.array([[rounding_across(self.direction.ravel().tolist(), point, self.position, (0.0, 0.0))]])
+        """Return how close to the plane points (3, N) count as on it: (1, N)."""
+        return rounding_across(self.direction.ravel().tolist(), point, self.position, (0.0, 0.0))[None]
 
     def _heights(self, eye: Array, sight: Array) -> Array:
         """Return (p - p_0) . n of points at `sight` (3, N) from the eye: (N,)."""
         return dot(sight, self.direction) - dot(self.position - eye, self.direction)
 
-    def _distance(self, point: Array) -> float:
-        """Return (p - p_0) . n of a point: > 0 in front of the plane, 0 on it."""
-        distance = float(dot(point - self.position, self.direction)[0])
-        return distance if abs(distance) > self.rounding(point).item() else 0.0
+    def _distance(self, point: Array) -> Array:
+        """Return (p - p_0) . n of points: > 0 in front of the plane, 0 on it."""
+        distance = dot(point - self.position, self.direction)
+        return np.where(np.abs(distance) > self.rounding(point)[0], distance, 0.0)
 
 
 class Box(Object):
@@ -879,10 +892,9 @@ class Box(Object):
         face[axis, rays] = -np.copysign(1.0, local[axis, rays])
         return face
 
-    def side(self, point: Array) -> int:
+    def side(self, point: Array) -> Sides:
         """Return 1 outside, -1 inside, 0 on the surface."""
-        height = float((np.abs(self._local(point)) - self.half).max())
-        return 1 if math.isnan(height) else int(np.sign(height))  # NaN: infinitely far along two axes
+        return _side_at((np.abs(self._local(point)) - self.half).max(axis=0))
 
     def exit_parameter(self, way: PathToLight) -> Array:
         """Return the first exit from a slab, if it comes after the last entry (section 2.2.3)."""
@@ -901,17 +913,16 @@ class Box(Object):
         return outside
 
     def rounding(self, point: Array) -> Array:
-        """Return how close to the faces across each axis of the box a point (3, 1) counts as on them: (3, 1)."""
+        """Return how close to the faces across each axis of the box points (3, N) count as on them: (3, N)."""
         halves = zip(self.axes, self.half.ravel().tolist(), strict=True)
-        return np.array(
-            [[rounding_across(axis, point, self.position, (half, self.size))] for axis, half in halves]
-        )
+        return np.stack([rounding_across(axis, point, self.position, (half, self.size)) for axis, half in halves])
 
     def _local(self, point: Array) -> Array:
-        """Return a point (3, 1) in box space, with the exact coordinate of a face if it is in the face's plane."""
+        """Return points (3, N) in box space, with the exact coordinate of a face where they are in its plane."""
         local = self._to_box(point - self.position)
         apart = np.abs(np.abs(local) - self.half)
-        if apart.min() > APART * (np.abs(point).sum() + np.abs(self.position).sum() + self.size):
+        lengths = np.abs(point).sum(axis=0) + np.abs(self.position).sum() + self.size
+        if (apart > APART * lengths).all():
             return local
         return np.where(apart <= self.rounding(point), np.copysign(self.half, local), local)
 
@@ -960,24 +971,24 @@ class Box(Object):
 
 
 class Place(NamedTuple):
-    """A point relative to a `Frustum`.
+    """Points relative to a `Frustum`.
 
     Parameters
     ----------
     z, away
-        Its height above the middle, along the axis, and its distance from the axis.
+        (N,): their heights above the middle, along the axis, and their distances from the axis.
     radial
-        (3, 1): the vector to it from the axis.
+        (3, N): the vectors to them from the axis.
     m, height, power
-        m at its height, d cos(alpha) - m, and C; see `Frustum.side_terms`.
+        (N,): m at their height, d cos(alpha) - m, and C; see `Frustum.side_terms`.
     """
 
-    z: float
-    away: float
+    z: Array
+    away: Array
     radial: Array
-    m: float
-    height: float
-    power: float
+    m: Array
+    height: Array
+    power: Array
 
 
 class Side(NamedTuple):
@@ -1010,8 +1021,8 @@ class Frustum(Object):
 
     Attributes
     ----------
-    axis
-        (3, 1): the unit vector from base to top.
+    axis, across
+        (3, 1): the unit vector from base to top, and one at right angles to it.
     half
         Half the height.
     radii
@@ -1027,6 +1038,7 @@ class Frustum(Object):
         scaled = column(axis)
         scaled = scaled / np.abs(scaled).max()  # so that no square overflows or vanishes
         self.axis = scaled / length(scaled)
+        self.across = _perpendicular(self.axis)
         self.flat = (self.axis,)
         self.half = height / 2
         slant = math.hypot(height, top - base)
@@ -1068,20 +1080,26 @@ class Frustum(Object):
             return self._parallel_side_terms(ray)
         frame = self._frame(start)
         w_1, w_2, w_3 = self._components(ray.direction, frame)
-        o_1 = start.m if start.height == 0 else self.cosine * start.away
+        o_1 = np.where(start.height == 0, start.m, self.cosine * start.away)
         a = w_1 * w_1 + w_2 * w_2 - w_3 * w_3
         b = w_3 * start.m - w_1 * o_1
         root = start.m * w_1 - o_1 * w_3
         discriminant = root * root - start.power * (w_2 * w_2)
-        begin, b_there, c_there = np.zeros_like(a), b, np.full_like(a, start.power)
-        if start.away + abs(start.z) > DISTANT * self.size:
+        there = np.zeros_like(a), b, start.power * np.ones_like(a)
+        distant = start.away + np.abs(start.z) > DISTANT * self.size
+        if distant.any():
             begin = dot(self.position - ray.offset, ray.direction)
             nearest_point = begin * ray.direction - (self.position - ray.offset)
             p_1, p_2, p_3 = self._components(nearest_point, frame)
             p_3 = self.middle + p_3
             b_there = w_3 * p_3 - w_1 * p_1 - w_2 * p_2
             c_there = (np.hypot(p_1, p_2) - p_3) * (np.hypot(p_1, p_2) + p_3)
-        return self._side((a, b, discriminant), (begin, b_there, c_there), w_3)
+            there = (
+                np.where(distant, begin, there[0]),
+                np.where(distant, b_there, there[1]),
+                np.where(distant, c_there, there[2]),
+            )
+        return self._side((a, b, discriminant), there, w_3)
 
     def _parallel_side_terms(self, ray: Ray) -> Side:
         start, direction = -ray.to(self.position), ray.direction
@@ -1089,7 +1107,7 @@ class Frustum(Object):
         along = dot(direction, self.axis)
         across = direction - along * self.axis
         away = length(across)
-        e = np.where(away > PARALLEL_TO_AXIS, across / away, _perpendicular(self.axis))
+        e = np.where(away > PARALLEL_TO_AXIS, across / away, self.across)
         away = np.where(away > PARALLEL_TO_AXIS, away, 0.0)
         frame = e, cross(e, self.axis), self.axis
         w_1, w_3 = self.cosine * away, self.sine * along
@@ -1129,7 +1147,7 @@ class Frustum(Object):
         start = self.place(ray.offset)
         side, (near, far) = self.side_terms(ray, start), self.slab(ray, start)
         if ray.beside is None:
-            outside = np.full(t.shape, self.side(ray.offset) > 0)
+            outside = np.broadcast_to(self.side(ray.offset) > 0, t.shape)
         else:
             outside = np.fmax(side.enter, near) > ray.start
         on_disc = np.where(outside, near > side.enter, far < side.leave)
@@ -1153,15 +1171,13 @@ class Frustum(Object):
         return np.abs(dot(direction, self.axis)) * self.half + max(self.radii) * across
 
     def height_of_start(self, ray: Ray, start: Place) -> Array:
-        """Return the height above the middle where each ray starts: () or (N,)."""
-        z = np.asarray(start.z)
-        return z if ray.beside is None else z + dot(ray.beside, self.axis)
+        """Return the height above the middle where each ray starts: (1,) or (N,)."""
+        return start.z if ray.beside is None else start.z + dot(ray.beside, self.axis)
 
-    def side(self, point: Array) -> int:
+    def side(self, point: Array) -> Sides:
         """Return 1 outside, -1 inside, 0 on the surface."""
         place = self.place(point)
-        height = max(place.height, abs(place.z) - self.half)
-        return 1 if math.isnan(height) else int(np.sign(height))  # NaN: infinitely far
+        return _side_at(np.maximum(place.height, np.abs(place.z) - self.half))
 
     def heights(self, eye: Array, sight: Array) -> Array:
         """Return the heights of points above the side and above the discs: (2, N)."""
@@ -1171,33 +1187,32 @@ class Frustum(Object):
         return np.stack([self.cosine * away - (self.middle + self.sine * z), np.abs(z) - self.half])
 
     def rounding(self, point: Array) -> Array:
-        """Return how close to the side and to the discs a point (3, 1) counts as on them: (2, 1)."""
+        """Return how close to the side and to the discs points (3, N) count as on them: (2, N)."""
         sizes = (self.half, self.size)
-        return np.vstack(
-            [super().rounding(point), [[rounding_across(self.axis.ravel().tolist(), point, self.position, sizes)]]]
-        )
+        on_disc = rounding_across(self.axis.ravel().tolist(), point, self.position, sizes)
+        return np.stack([super().rounding(point)[0], on_disc])
 
     def place(self, point: Array) -> Place:
-        """Return where a point (3, 1) is; exactly on a surface if it is within rounding of it."""
+        """Return where points (3, N) are; exactly on a surface if they are within rounding of it."""
         relative = point - self.position
-        z = float(dot(relative, self.axis)[0])
+        z = dot(relative, self.axis)
         radial = relative - z * self.axis
-        away = float(length(radial)[0])
-        on_side, on_disc = self.rounding(point).ravel().tolist()
-        if abs(abs(z) - self.half) <= on_disc:
-            z = math.copysign(self.half, z)
-        ends = {-self.half: self.radii[0], self.half: self.radii[1]}  # at the tip of a cone exactly 0
-        m = self.cosine * ends[z] if z in ends else self.middle + self.sine * z
+        away = length(radial)
+        on_side, on_disc = self.rounding(point)
+        z = np.where(np.abs(np.abs(z) - self.half) <= on_disc, np.copysign(self.half, z), z)
+        # At the tip of a cone exactly 0.
+        base, top = (self.cosine * radius for radius in self.radii)
+        m = np.where(z == self.half, top, np.where(z == -self.half, base, self.middle + self.sine * z))
         height = self.cosine * away - m
-        height = height if abs(height) > on_side else 0.0
+        height = np.where(np.abs(height) > on_side, height, 0.0)
         return Place(z, away, radial, m, height, height * (self.cosine * away + m))
 
     def _frame(self, start: Place) -> tuple[Array, Array, Array]:
-        """Return e, f and a of a start: three (3, 1)."""
+        """Return e, f and a of starts: (3, N) or (3, 1) each."""
         e = start.radial / start.away
         # Rounding may leave something along the axis, which D would multiply by the distance, or nothing else.
         e = e - dot(e, self.axis) * self.axis
-        e = e / length(e) if length(e) > 0.5 else _perpendicular(self.axis)
+        e = np.where(length(e) > 0.5, e / length(e), self.across)
         return e, cross(e, self.axis), self.axis
 
     def _components(self, vector: Array, frame: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
@@ -1248,7 +1263,7 @@ class Capsule(Object):
         enter, leave = self.span(ray)
         if ray.beside is not None:
             return np.where(enter <= leave, nearest_positive(enter, leave, ray.start), np.inf)
-        t = enter if self.side(ray.offset) > 0 else leave
+        t = np.where(self.side(ray.offset) > 0, enter, leave)
         return np.where((enter <= leave) & (t > 0), t, np.inf)
 
     def span(self, ray: Ray) -> tuple[Array, Array]:
@@ -1275,19 +1290,18 @@ class Capsule(Object):
         outward = self._from_axis(ray.sight(t) - (self.position - ray.offset))
         if ray.beside is not None:
             return np.where(dot(outward, ray.direction) > 0, -1, 1) * outward / length(outward)
-        return (1 if self.side(ray.offset) > 0 else -1) * outward / length(outward)
+        return np.where(self.side(ray.offset) > 0, 1, -1) * outward / length(outward)
 
     def exit_parameter(self, way: PathToLight) -> Array:
         """Return where parallel rays from the points leave the capsule, if they meet it."""
         enter, leave = self.span(Ray(way.eye, way.wi, way.sight))
         return np.where(enter <= leave, leave, -np.inf)
 
-    def side(self, point: Array) -> int:
+    def side(self, point: Array) -> Sides:
         """Return 1 outside, -1 inside, 0 on the surface."""
         place = self.tube.place(point)
-        if abs(place.z) <= self.tube.half:
-            return int(np.sign(place.height))
-        return (self.top if place.z > 0 else self.base).side(point)
+        at_end = np.where(place.z > 0, self.top.side(point), self.base.side(point))
+        return np.where(np.abs(place.z) <= self.tube.half, _side_at(place.height), at_end)
 
     def extent(self, direction: Array) -> Array:
         """Return |d . a| h / 2 + R: (N,)."""
@@ -1370,12 +1384,14 @@ class Hit:
 
 @dataclass(frozen=True)
 class PathToLight:
-    """The paths from N surface points to a light.
+    """N paths from surface points to places of a light.
 
     Parameters
     ----------
     eye, sight
-        (3, 1), (3, N): the eye, and the vector from there to each point.
+        (3, 1), (3, N): the eye, and the vector from there to the point of each path.
+    place
+        (N,): the place of each path.
     distance
         (N,): r.
     wi
@@ -1386,6 +1402,7 @@ class PathToLight:
 
     eye: Array
     sight: Array
+    place: Indices
     distance: Array
     wi: Array
     cosine: Array
@@ -1396,15 +1413,20 @@ class PathToLight:
         return self.eye + nearest, spread
 
     def toward(self, position: Array) -> PathToLight:
-        """Return the paths from the same points to another position (3, 1), with the same cosines."""
+        """Return the paths from the same points to another position (3, 1) or (3, N), with the same cosines."""
         to_light = (position - self.eye) - self.sight
         distance = length(to_light)
-        return PathToLight(self.eye, self.sight, distance, to_light / distance, self.cosine)
+        return replace(self, distance=distance, wi=to_light / distance)
 
-    def take(self, points: Indices) -> PathToLight:
-        """Return the paths from some of the points."""
+    def take(self, paths: Indices | slice) -> PathToLight:
+        """Return some of the paths."""
         return PathToLight(
-            self.eye, self.sight[:, points], self.distance[points], self.wi[:, points], self.cosine[points]
+            self.eye,
+            self.sight[:, paths],
+            self.place[paths],
+            self.distance[paths],
+            self.wi[:, paths],
+            self.cosine[paths],
         )
 
 
@@ -1422,10 +1444,12 @@ def _apart(to_object: Array, wi: Array, distance: Array) -> Array:
 
 
 def path_to_light(source: LightSource, ray: Ray, hit: Hit) -> PathToLight:
-    """Return the paths from the points that rays hit to a light (section 2.3.1)."""
+    """Return the paths from the N points that rays hit to each place of a light (section 2.3.1): P N."""
     sight = ray.sight(hit.t)
     distance, wi = source.way_from(ray.offset, sight)
-    return PathToLight(ray.offset, sight, distance, wi, dot(hit.normal, wi))
+    place = np.repeat(np.arange(source.count), sight.shape[1])
+    cosine = dot(np.tile(hit.normal, source.count), wi)
+    return PathToLight(ray.offset, np.tile(sight, source.count), place, distance, wi, cosine)
 
 
 def irradiance_of(source: LightSource, way: PathToLight, lit: Indices) -> Array:
@@ -1456,16 +1480,17 @@ class Occluder:
 
 @dataclass(frozen=True)
 class ShadowTest:
-    """The test which of N surface points a light without a size reaches.
+    """The test which of N surface points each of P places of a light reaches.
 
     Parameters
     ----------
     source, way
-        The light, and the paths to it.
+        The places, and the P N paths to them.
     same_side
-        (N,) bool: see `Scenery.same_side`.
+        (P N,) bool: see `Scenery.same_side`.
     facing
-        (K,): the points that face the light on the eye's side, so that something else has to decide.
+        (K,): the paths that arrive on the eye's side of a surface that faces the light, so that something else has
+        to decide.
     occluders
         The objects that may do so, on the K paths. They are found on the way, so there is one pass unless `kept`.
     """
@@ -1482,22 +1507,37 @@ class ShadowTest:
 
     def at(self, point: int) -> ShadowTest:
         """Return the test of one of the points; this one has to be kept."""
-        only, tested = np.array([point]), np.flatnonzero(self.facing == point)
+        count = len(self.same_side) // self.source.count
+        only, tested = slice(point, None, count), np.flatnonzero(self.facing % count == point)
         occluders = (Occluder(each.index, each.t[tested], each.between[tested]) for each in self.occluders)
-        facing = np.zeros_like(tested)
-        kept = tuple(occluders) if tested.size else ()
-        return ShadowTest(self.source, self.way.take(only), self.same_side[only], facing, kept)
+        facing = self.facing[tested] // count
+        return ShadowTest(self.source, self.way.take(only), self.same_side[only], facing, tuple(occluders))
 
     def weight(self) -> Array:
-        """Return the weight of the light at each point, 0 below its horizon: (N,); see `LightSource.weight`."""
+        """Return the weight of each path, 0 below the point's horizon: (P N,); see `LightSource.weight`."""
         return np.where(self.way.cosine > 0, self.source.weight(self.way), 0.0)
 
     def lit(self) -> Indices:
-        """Return the points that the light reaches."""
+        """Return the paths on which light arrives."""
         blocked = np.zeros(len(self.facing), dtype=bool)
         for occluder in self.occluders:
             blocked |= occluder.between
         return self.facing[~blocked]
+
+
+def sums_over_places(tests: Iterable[ShadowTest], count: int) -> tuple[Array, Array, int]:
+    """Return the sums of g and of g v over places, (count,), and the number of shadow rays (section 2.3.5)."""
+    unhidden, reached, traced = np.zeros((1, count)), np.zeros((1, count)), 0
+    for test in tests:
+        lit, weight = test.lit(), test.weight()
+        arriving = np.zeros_like(weight)
+        arriving[lit] = weight[lit]
+        # One after the other, since a sum of many adds in an order that depends on their number.
+        places = test.source.count, count
+        unhidden = np.add.accumulate(np.vstack([unhidden, weight.reshape(places)]))[-1:]
+        reached = np.add.accumulate(np.vstack([reached, arriving.reshape(places)]))[-1:]
+        traced += len(test.facing)
+    return unhidden[0], reached[0], traced
 
 
 def seen_directly(source: PointLight, ray: Ray) -> Array:
@@ -1544,7 +1584,8 @@ class Scenery:
         self.settings = settings
         self._abandoned = Event()
         self._sides: dict[Any, npt.NDArray[np.int8]] = {}
-        self._places: dict[LightSource, list[LightSource]] = {}
+        self._pattern = np.array(emitter_places(settings.shadow_samples)).T
+        self._places: dict[tuple[LightSource, int], list[LightSource]] = {}
         self.shining = np.array([shape.source_object is not None for shape in objects], dtype=bool)
         self.solid = np.array([shape.is_solid for shape in objects], dtype=bool)
         self._positions = np.hstack([np.zeros((3, 0)), *(shape.position for shape in objects)])
@@ -1618,8 +1659,10 @@ class Scenery:
 
         def count_tile(tile: Window) -> Indices:
             ray = self.camera.generate_primary_rays(tile)
-            met = (shape.intersection_parameter(ray) for _, shape in self._objects_until_abandoned())
-            return np.array([np.count_nonzero(np.isfinite(t)) for t in met], dtype=np.intp)
+            covered = np.zeros(len(self.objects), dtype=np.intp)
+            for i, shape in self._objects_near(ray):
+                covered[i] = np.count_nonzero(np.isfinite(shape.intersection_parameter(ray)))
+            return covered
 
         self._abandoned = Event()
         nothing = np.zeros(len(self.objects), dtype=np.intp)
@@ -1659,7 +1702,7 @@ class Scenery:
         """Return the nearest hit of each ray; where surfaces coincide, that of the first object."""
         count = ray.direction.shape[1]
         nearest, index = np.full(count, np.inf), np.full(count, NOTHING, dtype=np.intp)
-        for i, shape in self._objects_until_abandoned():
+        for i, shape in self._objects_near(ray):
             t = shape.intersection_parameter(ray)
             closer = t < nearest * (1 - COINCIDENT)
             # Coinciding surfaces are no farther apart than rounding, measured perpendicular to them.
@@ -1686,12 +1729,34 @@ class Scenery:
             rounding[points] = self.objects[i].rounding_at(eye, sight[:, points])
         return rounding
 
-    def _objects_until_abandoned(self) -> Iterator[tuple[int, Object]]:
-        """Yield each index and object, or raise `AbandonedError` once the picture is no longer wanted."""
-        for indexed in enumerate(self.objects):
+    def _objects_near(self, ray: Ray) -> Iterator[tuple[int, Object]]:
+        """Yield the index and object of `near_rays`, or raise `AbandonedError` once the picture is not wanted."""
+        for i in np.flatnonzero(self.near_rays(ray)).tolist():
             if self._abandoned.is_set():
                 raise AbandonedError
-            yield indexed
+            yield i, self.objects[i]
+
+    def near_rays(self, ray: Ray) -> Mask:
+        """Return which objects the rays may meet: (objects,).
+
+        The rays stay in a tube around an axis a from their offset o, whose radius grows from e, that of their
+        starts, by s for each unit along it. So no object is met whose position C and size R have, with
+        x = (C - o) . a, ::
+
+            |C - o - max(x, 0) a| > R + e + s max(x + R, 0)
+        """
+        if not ray.direction.size:
+            return np.zeros(len(self.objects), dtype=bool)
+        axis = unit(ray.direction.mean(axis=1, keepdims=True))
+        cosine = dot(ray.direction, axis)
+        slope = (length(ray.direction - cosine * axis) / np.maximum(cosine, NO_SQUARE)).max()
+        extent = 0.0 if ray.beside is None else float(length(ray.beside).max())
+        to_objects = self._positions - ray.offset
+        along = dot(to_objects, axis)
+        away = length(to_objects - np.maximum(along, 0) * axis)
+        rounding = APART * (length(to_objects) + np.abs(ray.offset).sum() + extent) + NO_SQUARE
+        far: Mask = away - rounding > self._sizes + extent + slope * np.maximum(along + self._sizes, 0)
+        return ~far
 
     def _add_shining(self, radiance: Array, rays: Indices, ray: Ray, hit: Hit) -> None:
         """Set the radiance of the objects that carry a light to the light that arrives at the eye."""
@@ -1736,15 +1801,10 @@ class Scenery:
         if not source.size:
             (test,) = tests
             return irradiance_of(source, test.way, test.lit()), len(test.facing)
-        unhidden, reached, traced = np.zeros(len(hit.t)), np.zeros(len(hit.t)), 0
-        for test in tests:
-            lit, weight = test.lit(), test.weight()
-            unhidden += weight
-            reached[lit] += weight[lit]
-            traced += len(test.facing)
-        return self.soft_irradiance(source, path_to_light(source, ray, hit), (unhidden, reached)), traced
+        *sums, traced = sums_over_places(tests, len(hit.t))
+        return self.soft_irradiance(source, path_to_light(source, ray, hit), sums), traced
 
-    def soft_irradiance(self, source: LightSource, way: PathToLight, sums: tuple[Array, Array]) -> Array:
+    def soft_irradiance(self, source: LightSource, way: PathToLight, sums: Sequence[Array]) -> Array:
         """Return the irradiance of an emitter: (3, N) (section 2.3.5).
 
         L_i cos(theta) sum(g v) / sum(g) where all of it is above the tangent plane, else the mean of g v.
@@ -1759,18 +1819,19 @@ class Scenery:
         unhidden, reached = sums
         height = way.cosine if isinstance(source, SunLight) else way.cosine * way.distance
         above = np.flatnonzero(height >= source.size)
-        irradiance = source.mean_of_places(reached, len(self.places_of(source))).rgb * np.ones(len(reached))
+        irradiance = source.mean_of_places(reached, self._pattern.shape[1]).rgb * np.ones(len(reached))
         irradiance[:, above] = irradiance_of(source, way, above)[:, above] * (reached[above] / unhidden[above])
         return np.nan_to_num(irradiance)
 
-    def places_of(self, source: LightSource) -> list[LightSource]:
-        """Return the places of a source with a size, computed once; none without a size."""
+    def _places_of(self, source: LightSource, count: int) -> list[LightSource]:
+        """Return the places of a source, up to `count` together, computed once; itself without a size."""
         if source.size == 0:
-            return []
-        if source not in self._places:
-            pattern = np.array(emitter_places(self.settings.shadow_samples)).T
-            self._places[source] = source.places(pattern)
-        return self._places[source]
+            return [source]
+        if (source, count) not in self._places:
+            starts = range(0, self._pattern.shape[1], count)
+            places = [source.places(self._pattern[:, start : start + count]) for start in starts]
+            self._places[source, count] = places
+        return self._places[source, count]
 
     def shadow_tests(self, ray: Ray, hit: Hit) -> Iterator[Iterator[ShadowTest]]:
         """Yield for each light source the tests of its places, or its own, at all `receivers` of rays.
@@ -1783,49 +1844,54 @@ class Scenery:
         ray, hit = ray.take(lit), hit.take(lit)
         seen = self.seen_sides(ray, hit)
         for source in self.light_sources:
-            yield self._shadow_tests(self.places_of(source) or [source], (ray, hit, seen))
+            places = self._places_of(source, max(1, MOST_PATHS // max(1, len(hit.t))))
+            yield self._shadow_tests(places, (ray, hit, seen))
 
     def _shadow_tests(self, sources: Sequence[LightSource], seen: tuple[Ray, Hit, Sides]) -> Iterator[ShadowTest]:
         """Yield the tests of lights without a size at hits that are seen from some sides."""
         ray, hit, sides = seen
-        for source, near in zip(sources, self.near_paths(sources, ray, hit), strict=True):
+        near = self.near_paths(sources, ray, hit)
+        for source in sources:
             way = path_to_light(source, ray, hit)
             same_side = self.same_side(source, hit, sides)
             facing = np.flatnonzero((way.cosine > 0) & same_side)
-            occluders = self.occluders(source, way.take(facing), hit.index[facing], near)
+            receiver = np.tile(hit.index, source.count)[facing]
+            occluders = self.occluders(source, way.take(facing), receiver, near[: source.count])
+            near = near[source.count :]
             yield ShadowTest(source, way, same_side, facing, occluders)
 
     def same_side(self, source: LightSource, hit: Hit, seen: Sides) -> Mask:
-        """Return for each hit whether the light can reach what the eye sees of the object: (N,).
+        """Return for each path to a light whether it can reach what the eye sees of the object: (P N,).
 
         It can if both are on the same side of the surface; `seen` is that of the eye. From the surface of a solid
         the eye sees its inside, and a light there shines to both sides; a light on a plane does not light it.
         """
-        light = self._sides_by(source, source.side_of, hit.index)
+        light = self._sides_by(source, source.side_of, hit.index, source.count)
         same: Mask = (seen == light) | (self.solid[hit.index] & ((light == 0) | ((seen == 0) & (light < 0))))
-        return same
+        return np.reshape(same, -1)
 
     def seen_sides(self, ray: Ray, hit: Hit) -> Sides:
         """Return the side from which each hit is seen: (N,)."""
         if ray.beside is None:
-            return self._sides_by(tuple(ray.offset.ravel()), lambda shape: shape.side(ray.offset), hit.index)
+            eye = tuple(ray.offset.ravel())
+            return self._sides_by(eye, lambda shape: shape.side(ray.offset), hit.index).reshape(-1)
         sides = np.zeros(len(hit.index), dtype=np.int8)
         for i in np.unique(hit.index):
             rays = np.flatnonzero(hit.index == i)
             sides[rays] = self.objects[i].seen_side(ray.take(rays), hit.take(rays))
         return sides
 
-    def _sides_by(self, apex: Any, side_of: Callable[[Object], int], index: Indices) -> Sides:
-        """Return the side of objects (N,) on which an eye or light is, computed once for each: (N,)."""
+    def _sides_by(self, apex: Any, side_of: Callable[[Object], Sides], index: Indices, count: int = 1) -> Sides:
+        """Return the sides of objects (N,) on which P eyes or lights are, computed once for each: (P, N)."""
         if apex not in self._sides:
-            self._sides[apex] = np.full(len(self.objects), UNKNOWN_SIDE, dtype=np.int8)
+            self._sides[apex] = np.full((count, len(self.objects)), UNKNOWN_SIDE, dtype=np.int8)
         sides = self._sides[apex]
-        for i in np.unique(index[sides[index] == UNKNOWN_SIDE]):
-            sides[i] = side_of(self.objects[i])
-        return sides[index]
+        for i in np.unique(index[sides[0, index] == UNKNOWN_SIDE]):
+            sides[:, i] = side_of(self.objects[i])
+        return sides[:, index]
 
     def near_paths(self, sources: Sequence[LightSource], ray: Ray, hit: Hit) -> Mask:
-        """Return which objects the paths from hits to each light may meet: (sources, objects).
+        """Return which objects the paths from hits to each place of lights may meet: (places, objects).
 
         Soft shadows take long unless most objects are left out here. No path meets an object that a plane
         separates from all paths: with C the object's position, P one of the hits P_i, and some unit vector d
@@ -1840,9 +1906,9 @@ class Scenery:
         middle, spread = _extent(sight)
         point = ray.offset + middle
         ways = [source.way_from(point, np.zeros((3, 1))) for source in sources]
-        distance, wi = np.array([r for r, _ in ways]).ravel(), np.hstack([wi for _, wi in ways])
+        distance, wi = np.hstack([r for r, _ in ways]), np.hstack([wi for _, wi in ways])
         if not hit.index.size:
-            return np.zeros((len(sources), len(self.objects)), dtype=bool)
+            return np.zeros((len(distance), len(self.objects)), dtype=bool)
         to_objects = self._positions - point
         rounding = APART * (length(to_objects) + np.abs(point).sum() + spread) + NO_SQUARE
         apart = _apart(to_objects[:, None], wi[:, :, None], distance[:, None])
@@ -1864,18 +1930,20 @@ class Scenery:
     def occluders(
         self, source: LightSource, way: PathToLight, receiver: Indices, near: Mask
     ) -> Iterator[Occluder]:
-        """Yield each object that may stand between the light and points on the objects `receiver` (N,).
+        """Yield each object that may stand on the N paths from the objects `receiver` (N,) to places of a light.
 
         Neither the object that the point lies on nor the one that carries the light counts. The others are those
-        in `near` (objects,).
+        in `near` (places, objects).
         """
         within = way.extent()
-        for i in np.flatnonzero(near).tolist() if receiver.size else ():
+        for i in np.flatnonzero(near.any(axis=0)).tolist() if receiver.size else ():
             shape = self.objects[i]
             if self._abandoned.is_set():
                 raise AbandonedError
             if shape.source_object is not source.whole:
-                t, ahead = source.crossing(shape, way, within)
+                paths = slice(None) if near[:, i].all() else np.flatnonzero(near[way.place, i])
+                t, ahead = np.full((2, len(receiver)), [[np.inf], [-np.inf]])
+                t[paths], ahead[paths] = source.crossing(shape, way.take(paths), within)
                 between = (ahead > 0) & (receiver != i)
                 close = np.flatnonzero(between & (ahead < way.distance * NEAR_THE_END))
                 if close.size:

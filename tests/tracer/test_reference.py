@@ -13,6 +13,7 @@ from rtcli.rendering.pack import pack_scene
 from rtcli.tracer import reference
 from rtcli.tracer.passes import PASSES
 from rtcli.tracer.reference import OBJECTS, PASS_VALUES, Box, Ray, build_scenery, dot, unit
+from rtcli.tracer.world import Window
 
 
 def test_rays_to_the_corners_of_a_box_hit_it():
@@ -61,6 +62,36 @@ def test_leaving_out_objects_that_are_apart_changes_no_byte(data):
     film = render(data, engine="reference")
     with mock.patch.object(reference, "APART", np.inf):
         assert render(data, engine="reference").radiance.tobytes() == film.radiance.tobytes()
+
+
+@given(st.one_of(random_scenes(emitters=True), extreme_scenes()))
+def test_places_of_a_light_are_traced_together_without_changing_a_byte(data):
+    with mock.patch.object(reference, "MOST_PATHS", 1):
+        one_by_one = render(data, engine="reference")
+    for most in (5_000, 1 << 30):
+        with mock.patch.object(reference, "MOST_PATHS", most):
+            assert render(data, engine="reference").radiance.tobytes() == one_by_one.radiance.tobytes()
+
+
+@pytest.mark.parametrize("projection", [{"fov": 20}, {"projection": "orthographic", "height": 2}])
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [("floor", True), ("ahead", True), ("at the edge", True), ("beside", False), ("behind", False), ("far", True)],
+)
+def test_only_objects_near_the_rays_are_asked(name, expected, projection):
+    objects = [
+        plane([0, -9, 0], [0, 1, 0], name="floor"),
+        sphere([0, 0, -5], 1, name="ahead"),
+        box([1.9, 0, -5], [2, 2, 2], rotation=45, name="at the edge"),
+        sphere([6, 0, -5], 1, name="beside"),
+        sphere([0, 0, 3], 1, name="behind"),
+        sphere([0, 1, -1e30], 1, name="far"),
+    ]
+    world = scene(objects, [], camera={"resolution": [8, 8], **projection})
+    scenery = build_scenery(pack_scene(world).world)
+    with np.errstate(all="ignore"):
+        near = scenery.near_rays(scenery.camera.generate_primary_rays(Window(0, 0, 8, 8)))
+    assert near[[item["name"] for item in objects].index(name)] == expected
 
 
 @pytest.mark.parametrize(
