@@ -1508,7 +1508,9 @@ class ShadowTest:
     def at(self, point: int) -> ShadowTest:
         """Return the test of one of the points; this one has to be kept."""
         count = len(self.same_side) // self.source.count
-        only, tested = slice(point, None, count), np.flatnonzero(self.facing % count == point)
+        # Copies: views would keep the paths from all points in memory.
+        only = np.arange(point, len(self.same_side), count)
+        tested = np.flatnonzero(self.facing % count == point)
         occluders = (Occluder(each.index, each.t[tested], each.between[tested]) for each in self.occluders)
         facing = self.facing[tested] // count
         return ShadowTest(self.source, self.way.take(only), self.same_side[only], facing, tuple(occluders))
