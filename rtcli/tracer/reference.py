@@ -17,8 +17,9 @@ import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import wraps
 from threading import Event
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -439,7 +440,8 @@ class SunLight(LightSource):
 
     def way_from(self, eye: Array, sight: Array) -> tuple[Array, Array]:
         """Return r = +inf and l, the same at all points."""
-        wi = np.repeat(self.toward, sight.shape[1], axis=1)
+        points = sight.shape[1]
+        wi = np.broadcast_to(self.toward[:, :, None], (3, self.count, points)).reshape(3, -1)
         return np.full(wi.shape[1], np.inf), wi
 
     def side_of(self, shape: Object) -> Sides:
@@ -453,6 +455,25 @@ class SunLight(LightSource):
 
 
 # --- Objects: document, sections 2.2 and 3.2 ---------------------------------------------------------------
+
+
+_Of = TypeVar("_Of")
+_Result = TypeVar("_Result")
+
+
+def remembered(method: Callable[[_Of, Array], _Result]) -> Callable[[_Of, Array], _Result]:
+    """Return a method that remembers its result for the last points: the eye is asked about again and again."""
+    name = f"_last_{method.__qualname__}"
+
+    @wraps(method)
+    def result(shape: _Of, point: Array) -> _Result:
+        known = shape.__dict__.get(name)
+        if known is None or known[0] is not point:
+            known = shape.__dict__[name] = point, method(shape, point)
+        found: _Result = known[1]
+        return found
+
+    return result
 
 
 class Checker(NamedTuple):
@@ -610,6 +631,7 @@ class Object(ABC):
         rounding: Array = self.rounding(eye)[face, 0]
         return rounding
 
+    @remembered
     def rounding(self, point: Array) -> Array:
         """Return how close to each of K faces, or the one surface, points (3, N) count as on it: (K, N)."""
         away = (ON_SURFACE * np.abs(point - self.position)).sum(axis=0)  # scaled first, lest a sum overflow
@@ -823,6 +845,7 @@ class Plane(Object):
         """Return the distance from a point (3, 1) to the plane."""
         return abs(float(self._distance(point)[0]))
 
+    @remembered
     def rounding(self, point: Array) -> Array:
         """Return how close to the plane points (3, N) count as on it: (1, N)."""
         return rounding_across(self.direction.ravel().tolist(), point, self.position, (0.0, 0.0))[None]
@@ -912,6 +935,7 @@ class Box(Object):
         outside: Array = np.abs(local) - self.half
         return outside
 
+    @remembered
     def rounding(self, point: Array) -> Array:
         """Return how close to the faces across each axis of the box points (3, N) count as on them: (3, N)."""
         halves = zip(self.axes, self.half.ravel().tolist(), strict=True)
@@ -1186,12 +1210,14 @@ class Frustum(Object):
         away = length(point - z * self.axis)
         return np.stack([self.cosine * away - (self.middle + self.sine * z), np.abs(z) - self.half])
 
+    @remembered
     def rounding(self, point: Array) -> Array:
         """Return how close to the side and to the discs points (3, N) count as on them: (2, N)."""
         sizes = (self.half, self.size)
         on_disc = rounding_across(self.axis.ravel().tolist(), point, self.position, sizes)
         return np.stack([super().rounding(point)[0], on_disc])
 
+    @remembered
     def place(self, point: Array) -> Place:
         """Return where points (3, N) are; exactly on a surface if they are within rounding of it."""
         relative = point - self.position
@@ -1448,8 +1474,13 @@ def path_to_light(source: LightSource, ray: Ray, hit: Hit) -> PathToLight:
     sight = ray.sight(hit.t)
     distance, wi = source.way_from(ray.offset, sight)
     place = np.repeat(np.arange(source.count), sight.shape[1])
-    cosine = dot(np.tile(hit.normal, source.count), wi)
-    return PathToLight(ray.offset, np.tile(sight, source.count), place, distance, wi, cosine)
+    cosine = dot(_for_each_place(hit.normal, source), wi)
+    return PathToLight(ray.offset, _for_each_place(sight, source), place, distance, wi, cosine)
+
+
+def _for_each_place(values: Array, source: LightSource) -> Array:
+    """Return values of points, (3, N), for each of their paths to P places: (3, P N)."""
+    return values if source.count == 1 else np.tile(values, source.count)
 
 
 def irradiance_of(source: LightSource, way: PathToLight, lit: Indices) -> Array:
@@ -1529,17 +1560,18 @@ class ShadowTest:
 
 def sums_over_places(tests: Iterable[ShadowTest], count: int) -> tuple[Array, Array, int]:
     """Return the sums of g and of g v over places, (count,), and the number of shadow rays (section 2.3.5)."""
-    unhidden, reached, traced = np.zeros((1, count)), np.zeros((1, count)), 0
+    unhidden, reached, traced = np.zeros(count), np.zeros(count), 0
     for test in tests:
         lit, weight = test.lit(), test.weight()
         arriving = np.zeros_like(weight)
         arriving[lit] = weight[lit]
-        # One after the other, since a sum of many adds in an order that depends on their number.
-        places = test.source.count, count
-        unhidden = np.add.accumulate(np.vstack([unhidden, weight.reshape(places)]))[-1:]
-        reached = np.add.accumulate(np.vstack([reached, arriving.reshape(places)]))[-1:]
+        # One after the other: NumPy would add many in an order that depends on their number.
+        for place in range(test.source.count):
+            paths = slice(place * count, (place + 1) * count)
+            unhidden += weight[paths]
+            reached += arriving[paths]
         traced += len(test.facing)
-    return unhidden[0], reached[0], traced
+    return unhidden, reached, traced
 
 
 def seen_directly(source: PointLight, ray: Ray) -> Array:
