@@ -56,8 +56,8 @@ COINCIDENT = 2.0**-41
 # Surfaces that a ray meets within this share of the distance from each other may coincide: they are compared.
 CLOSE = 1e-6
 
-# A light farther than the first multiple of an object's reach is moved to the second for the shadow test.
-MAX_LIGHT_RATIO, NEARER_LIGHT_RATIO = 2.0**28, 2.0**22
+# A light farther than this multiple of an object's reach is distant.
+DISTANT_LIGHT = 2.0**8
 
 # The direction of a ray that has less than this across an axis counts as parallel to it.
 PARALLEL_TO_AXIS = 1e-13
@@ -392,12 +392,19 @@ class PointLight(LightSource):
         return shape.side(self.position)
 
     def crossing(self, shape: Object, way: PathToLight, within: tuple[Array, float]) -> tuple[Array, Array]:
-        """Meet the object with rays from the light, so that they pass through one point as primary rays do."""
+        """Meet the object with rays from the light, so that they pass through one point as primary rays do.
+
+        From a distant light float64 would lose the object: then they are rays from the points, as to a sun.
+        """
         light = self.position if self.count == 1 else self.position[:, way.place]
-        start = shape.stand_in(light, *within)
-        part = way if start is light else way.toward(start)
-        t = shape.intersection_parameter(Ray(start, -part.wi))
-        return t + (way.distance - part.distance), part.distance - t
+        distant = shape.sees_as_distant(light, *within)
+        if not distant.any():
+            t = shape.intersection_parameter(Ray(light, -way.wi))
+            return t, way.distance - t
+        ahead = shape.exit_parameter(way)
+        if not distant.all():
+            ahead = np.where(distant, ahead, way.distance - shape.intersection_parameter(Ray(light, -way.wi)))
+        return way.distance - ahead, ahead
 
 
 class SunLight(LightSource):
@@ -599,17 +606,10 @@ class Object(ABC):
         """Return the distance from a point (3, 1) to the far end of the object, or more."""
         return float(np.abs(point - self.position).sum()) + self.size
 
-    def stand_in(self, light: Array, point: Array, spread: float) -> Array:
-        """Return positions (3, K) of a light, or nearer ones where float64 loses the object at that distance.
-
-        Both lie in one direction from `point` (3, 1), and almost so from points within `spread` of it.
-        """
-        reach = spread + self.reach(point)
-        distance = length(light - point)
-        distant = distance > MAX_LIGHT_RATIO * reach
-        if reach == 0 or not distant.any():
-            return light
-        return np.where(distant, point + (light - point) * (NEARER_LIGHT_RATIO * reach / distance), light)
+    def sees_as_distant(self, light: Array, point: Array, spread: float) -> Mask:
+        """Return whether positions (3, K) of a light are far from the object and what is near `point`: (K,)."""
+        distant: Mask = length(light - point) > DISTANT_LIGHT * (spread + self.reach(point))
+        return distant
 
     def touched_by(self, way: PathToLight, ahead: Array, slack: Array) -> Mask:
         """Return which shadow rays, met so far ahead of their points, only touch the surface there: (N,).
@@ -1437,12 +1437,6 @@ class PathToLight:
         """Return the point nearest to the eye, (3, 1), and the largest distance of the others from it."""
         nearest, spread = _extent(self.sight)
         return self.eye + nearest, spread
-
-    def toward(self, position: Array) -> PathToLight:
-        """Return the paths from the same points to another position (3, 1) or (3, N), with the same cosines."""
-        to_light = (position - self.eye) - self.sight
-        distance = length(to_light)
-        return replace(self, distance=distance, wi=to_light / distance)
 
     def take(self, paths: Indices | slice) -> PathToLight:
         """Return some of the paths."""

@@ -350,6 +350,19 @@ def test_light_very_far_away_is_a_sun(render, away):
     assert (film.radiance[tops] > 0).any()
 
 
+@pytest.mark.parametrize("away", [1e6, 1e10, 1e20, 1e94])
+def test_light_very_far_away_lights_a_slope_down_to_the_planet_on_which_it_ends(render, away):
+    # All of it is lit, although it is only a millionth of the planet's radius high.
+    way, normal = np.array([1, 2, 1]) / math.sqrt(6), np.array([1, 1, 0]) / math.sqrt(2)
+    objects = [sphere([0, -16, 0], 16), plane([0, 0, 0], [1, 1, 0])]
+    camera = {"resolution": [256, 192], "fov": 5, "position": [2e-6, 5e-6, 2e-6], "look_at": [0, 0, 0]}
+    sun = light(list(away * way), 4 * math.pi**2 * away**2)
+    film = render(scene(objects, [sun], camera=camera), passes=["object_id"])
+    slope = of_object(film, 2)
+    assert 0.2 < slope.mean() < 0.8
+    np.testing.assert_allclose(film.radiance[slope][:, 0], way @ normal, rtol=1e-4)
+
+
 NEAR_THE_FLOOR = {"resolution": [48, 36], "fov": 50, "position": [0, 2, 6], "look_at": [0, 1, 0]}
 
 
