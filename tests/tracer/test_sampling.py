@@ -62,7 +62,7 @@ def test_error_at_least_halves_from_one_to_four_and_from_four_to_sixteen_samples
     scene = rtcli.load_scene(path)
 
     def radiance(samples):
-        camera = scene.camera.model_copy(update={"resolution": (320, 240)})
+        camera = scene.camera.model_copy(update={"resolution": (160, 120)})
         many = scene.render.model_copy(update={"samples": samples})
         return rtcli.render(scene.model_copy(update={"camera": camera, "render": many})).radiance.astype(float)
 
