@@ -22,7 +22,8 @@ from typing import NamedTuple
 
 SCENES = Path(__file__).resolve().parent.parent / "scenes"
 
-# Options that cover whole and partial tiles, several samples, a crop, exposure, tone curves and bit depth.
+# Options that cover whole and partial tiles, several samples, a crop, exposure, tone curves, bit depth
+# and compression.
 VARIANTS = (
     ("--size", "320x180"),
     ("--size", "97x61", "--samples", "4"),
@@ -30,6 +31,7 @@ VARIANTS = (
     ("--size", "160x90", "--set", "image.tone=aces"),
     ("--size", "64x64", "--set", "image.tone=reinhard", "--exposure", "1.5"),
     ("--size", "97x61", "--bits", "16"),
+    ("--size", "400x300", "--compress", "small"),
 )
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from rtcli.atomic import refuse_non_file
 from rtcli.batch.sweep import Combination, Variation, combinations, refuse_too_many
-from rtcli.image.display import Quantization
+from rtcli.image.display import COMPRESSIONS, Encoding
 from rtcli.image.formats import parts_of
 from rtcli.scene.diagnostics.problems import quoted
 from rtcli.scene.find import looks_like_scene, scene_files_below
@@ -48,6 +48,8 @@ class BatchSettings:
         The changes to each scene.
     depth_scale
         The length of one level of a depth or distance as PNG; None to fit it to the values.
+    compress
+        What PNGs cost, one of `rtcli.image.display.COMPRESSIONS`.
     """
 
     suffix: str = ".png"
@@ -55,21 +57,23 @@ class BatchSettings:
     bits: int = 8
     overrides: Overrides = field(default_factory=Overrides)
     depth_scale: float | None = None
+    compress: str = COMPRESSIONS[0]
 
     @property
-    def quantization(self) -> Quantization:
-        """How finely the files resolve their values."""
-        return Quantization(self.bits, self.depth_scale)
+    def encoding(self) -> Encoding:
+        """How the files hold the values of the films."""
+        return Encoding(self.bits, self.depth_scale, self.compress)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the settings as the manifest records them."""
-        overrides, depth_scale = self.overrides, self.depth_scale
+        overrides, depth_scale, compress = self.overrides, self.depth_scale, self.compress
         return {
             "format": self.suffix,
             "passes": list(self.passes),
             "bits": self.bits,
-            # Manifests without it stay valid.
+            # Manifests without them stay valid.
             **({} if depth_scale is None else {"depth_scale": depth_scale}),
+            **({} if compress == COMPRESSIONS[0] else {"compress": compress}),
             "size": None if overrides.size is None else list(overrides.size),
             "samples": overrides.samples,
             "exposure": overrides.exposure,

@@ -145,7 +145,7 @@ def rendered(task: BatchTask, watch: Stopwatch) -> Outcome:
     scene = load(task.raw, task.job.scene, task.job, watch)
     settings = task.job.settings
     job = RenderJob(scene, RenderRequest(settings.passes, threads=1))
-    check_fits(task.job.key + settings.suffix, job.window[2:], settings.quantization, job.array_names)
+    check_fits(task.job.key + settings.suffix, job.window[2:], settings.encoding, job.array_names)
     outputs, files = _render(task, job, watch.seconds)
     size = job.window.width, job.window.height
     return Outcome(sha256(task.raw), job.fingerprint, outputs, watch.seconds, size, files=files)
@@ -165,7 +165,7 @@ def _rendered_plainly(task: BatchTask) -> Outcome | None:
         return None
     temporary = temporary_name(task.scratch or str(Path(target).parent))
     format = format_of(task.raw, task.job.scene)
-    written = write_picture(task.raw, format, edits, settings.bits, (target, temporary))
+    written = write_picture(task.raw, format, edits, settings.bits, settings.compress, (target, temporary))
     if written is None:
         return None
     content, digest, size, resolution, seconds = written
@@ -201,7 +201,7 @@ def _render(
         opened = stack.enter_context(open_outputs(list(paths.values()), Path(folder), scratch))
         files = dict(zip(paths, opened, strict=True))
         targets = {part: (paths[part], file) for part, file in files.items()}
-        stats = write_film(job, targets, task.job.settings.quantization)
+        stats = write_film(job, targets, task.job.settings.encoding)
         seconds.update(stats.seconds)
         outputs = tuple(_output(part, paths[part], file) for part, file in files.items())
         if task.folder is not None:

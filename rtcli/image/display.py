@@ -1,10 +1,13 @@
-"""How values become levels: the records that `develop` and the encoders take."""
+"""How values become levels and files: the records that `develop` and the encoders take."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 DEPTHS = (8, 16)
+
+# Of PNGs: little time, or few bytes. `Compression` in tracer/src/output/png.rs.
+COMPRESSIONS = ("fast", "small")
 
 
 class DisplayTransform(NamedTuple):
@@ -25,8 +28,8 @@ class DisplayTransform(NamedTuple):
     bits: int = 8
 
 
-class Quantization(NamedTuple):
-    """How finely the files of a film resolve its values.
+class Encoding(NamedTuple):
+    """How files hold the values of a film.
 
     Parameters
     ----------
@@ -35,10 +38,13 @@ class Quantization(NamedTuple):
     depth_scale
         The length of one level of a depth or distance stored as PNG, in units of the scene; None to fit it to the
         values.
+    compress
+        What PNGs cost, one of `COMPRESSIONS`.
     """
 
     bits: int = 8
     depth_scale: float | None = None
+    compress: str = COMPRESSIONS[0]
 
 
-DEFAULT_QUANTIZATION = Quantization()
+DEFAULT_ENCODING = Encoding()

@@ -10,7 +10,7 @@ from typing import BinaryIO
 
 from rtcli.atomic import atomic_write_all
 from rtcli.extras import require_extra
-from rtcli.image.display import DEPTHS, Quantization
+from rtcli.image.display import COMPRESSIONS, DEPTHS, Encoding
 from rtcli.image.write import FORMATS, METADATA, Format
 from rtcli.tracer.passes import ALPHA, LENGTHS, RADIANCE
 
@@ -67,17 +67,18 @@ def open_parts(parts: dict[str, Path], sync: bool = True) -> Iterator[dict[str, 
         yield {part: (str(parts[part]), file) for part, file in zip(parts, files, strict=True)}
 
 
-def check_fits(name: str, size: tuple[int, int], quantization: Quantization, arrays: tuple[str, ...]) -> None:
-    """Raise ValueError unless a file's format can hold a picture of a width and height with this quantization.
+def check_fits(name: str, size: tuple[int, int], encoding: Encoding, arrays: tuple[str, ...]) -> None:
+    """Raise ValueError unless a file's format can hold a picture of a width and height with this encoding.
 
     The arrays are alpha, if the picture has it, and the passes. A depth scale needs one of the passes that it is
-    for, as a PNG beside the picture.
+    for, as a PNG beside the picture; compression needs a PNG.
     """
-    format, (bits, depth_scale) = format_of(name), quantization
+    format, (bits, depth_scale, compress) = format_of(name), encoding
     if bits not in DEPTHS:
         raise ValueError(f"bits must be {' or '.join(map(str, DEPTHS))}, got {bits}")
     if bits not in format.depths:
         raise ValueError(f"only .png files support {bits} bits per channel, not {name!r}")
+    _check_compress(compress, name, arrays)
     if depth_scale is not None:
         _check_depth_scale(depth_scale, name, arrays)
     if ALPHA in arrays and not format.holds_alpha:
@@ -87,6 +88,17 @@ def check_fits(name: str, size: tuple[int, int], quantization: Quantization, arr
         raise ValueError(
             f"a {format.name} is limited to {format.max_side:,} pixels per side, got {size[0]}x{size[1]}"
         )
+
+
+def _check_compress(compress: str, name: str, arrays: tuple[str, ...]) -> None:
+    """Raise ValueError unless the file of the picture, or of a pass beside it, can be compressed like that."""
+    if compress not in COMPRESSIONS:
+        raise ValueError(f"compress must be {' or '.join(map(repr, COMPRESSIONS))}, got {compress!r}")
+    format = format_of(name)
+    has_files_beside = not format.holds_all and set(arrays) - {ALPHA}
+    suffixes = (PurePath(name).suffix.lower(), *([format.pass_suffix] if has_files_beside else []))
+    if not any(compress in FORMATS[suffix].compressions for suffix in suffixes):
+        raise ValueError(f"only .png files can be {compress!r}, not {name!r}: compress it 'fast', or name a .png")
 
 
 def _check_depth_scale(scale: float, name: str, arrays: tuple[str, ...]) -> None:

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, BinaryIO, NamedTuple, TypeAlias
 
 from rtcli.extras import require_extra
-from rtcli.image.display import DEPTHS, DisplayTransform
+from rtcli.image.display import COMPRESSIONS, DEPTHS, DisplayTransform
 from rtcli.tracer._native import PngEncoder, encode_png
 from rtcli.tracer.passes import ALPHA, RADIANCE, SPECS
 
@@ -52,6 +52,8 @@ class FilmRecord(NamedTuple):
         Returns the metadata of a file that holds all arrays, which may have to be traced.
     depth_scale
         The length of one level of a depth or distance stored as PNG; None to fit it to the values.
+    compress
+        What a PNG costs, one of `COMPRESSIONS`.
     """
 
     arrays: Arrays
@@ -59,6 +61,7 @@ class FilmRecord(NamedTuple):
     summary: Mapping[str, Any]
     metadata: Callable[[], Mapping[str, Any]]
     depth_scale: float | None = None
+    compress: str = COMPRESSIONS[0]
 
 
 Encoder: TypeAlias = Callable[[FilmRecord, BinaryIO], None]
@@ -78,13 +81,16 @@ def png_texts(metadata: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def png_pieces(
-    radiance: npt.NDArray[np.floating], transform: DisplayTransform, texts: list[tuple[str, str]]
+    radiance: npt.NDArray[np.floating],
+    transform: DisplayTransform,
+    texts: list[tuple[str, str]],
+    compress: str = COMPRESSIONS[0],
 ) -> Iterator[bytes]:
     """Yield the bytes of a PNG of (H, W, 3) linear radiance, piece by piece; it says that it is sRGB."""
     from rtcli.image.develop import bands  # with NumPy
 
     height, width, _ = radiance.shape
-    encoder = PngEncoder(width, height, transform, texts)
+    encoder = PngEncoder(width, height, transform, texts, compress)
     for _, band in bands(radiance):
         yield encoder.push(band)
     yield encoder.finish()
@@ -92,16 +98,18 @@ def png_pieces(
 
 def _write_png(film: FilmRecord, file: BinaryIO) -> None:
     if ALPHA in film.arrays:
-        file.write(_png_of_levels(_developed(film), png_texts(film.summary)))
+        file.write(_png_of_levels(_developed(film), film.summary, film.compress))
         return
-    for piece in png_pieces(film.arrays[RADIANCE], film.transform, png_texts(film.summary)):
+    texts = png_texts(film.summary)
+    for piece in png_pieces(film.arrays[RADIANCE], film.transform, texts, film.compress):
         file.write(piece)
 
 
-def _png_of_levels(levels: Array, texts: list[tuple[str, str]]) -> bytes:
+def _png_of_levels(levels: Array, metadata: Mapping[str, Any], compress: str) -> bytes:
     height, width = levels.shape[:2]
     channels = 1 if levels.ndim == 2 else levels.shape[2]
-    return encode_png(levels.tobytes(), (width, height), channels, 8 * levels.itemsize, texts)
+    texts, bits = png_texts(metadata), 8 * levels.itemsize
+    return encode_png(levels.tobytes(), (width, height), channels, bits, texts, compress)
 
 
 def _developed(film: FilmRecord) -> Array:
@@ -114,7 +122,8 @@ def _write_pass_png(name: str, film: FilmRecord, file: BinaryIO) -> dict[str, An
     from rtcli.image.pass_picture import pass_picture  # with NumPy
 
     levels, decode = pass_picture(name, film.arrays[name], film.depth_scale)
-    file.write(_png_of_levels(levels, png_texts({**film.summary, "pass": {"name": name, **decode}})))
+    metadata = {**film.summary, "pass": {"name": name, **decode}}
+    file.write(_png_of_levels(levels, metadata, film.compress))
     return decode
 
 
@@ -303,6 +312,8 @@ class Format(NamedTuple):
         Pixels.
     depths
         The possible bits of a channel.
+    compressions
+        The possible costs of a file.
     is_streamed
         Whether it is written band by band while it is traced.
     extra
@@ -319,6 +330,7 @@ class Format(NamedTuple):
     holds_alpha: bool = True
     max_side: int = 65_535
     depths: tuple[int, ...] = (8,)
+    compressions: tuple[str, ...] = COMPRESSIONS[:1]
     is_streamed: bool = False
     extra: tuple[str, str] | None = None
     shows_in_browser: bool = False
@@ -335,7 +347,9 @@ _JPEG = Format(
 _TIFF = Format("TIFF", _pillow("TIFF", nests_tags=False, compression="tiff_adobe_deflate"))
 
 FORMATS = {
-    ".png": Format("PNG", _write_png, depths=DEPTHS, is_streamed=True, shows_in_browser=True),
+    ".png": Format(
+        "PNG", _write_png, depths=DEPTHS, compressions=COMPRESSIONS, is_streamed=True, shows_in_browser=True
+    ),
     ".exr": Format(
         "EXR", lambda film, file: write_exr(film.arrays, film.metadata(), file), holds_all=True, extra=_OPENEXR
     ),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, TypeAlias, cast
 
-from rtcli.image.display import DEFAULT_QUANTIZATION, DisplayTransform, Quantization
+from rtcli.image.display import DEFAULT_ENCODING, DisplayTransform, Encoding
 from rtcli.image.formats import format_of
 from rtcli.image.write import png_texts
 from rtcli.rendering.job import RenderJob
@@ -44,7 +44,7 @@ Files: TypeAlias = dict[str, tuple[str, BinaryIO]]
 def write_film(
     job: RenderJob,
     files: Files,
-    quantization: Quantization = DEFAULT_QUANTIZATION,
+    encoding: Encoding = DEFAULT_ENCODING,
     progress: Progress | None = None,
 ) -> RenderStats:
     """Trace, develop and write a job.
@@ -56,26 +56,29 @@ def write_film(
     can_stream = format_of(name).is_streamed and (job.executor is not None or job.request.engine == "native")
     watch = Stopwatch(seconds={"build": 0.0, "trace": 0.0, "develop": 0.0, "write": 0.0})
     if can_stream and not job.array_names:
-        rays = _stream(job, file, quantization.bits, progress, watch)
+        rays = _stream(job, file, encoding, progress, watch)
     else:
-        rays = _by_film(job, files, quantization, progress, watch)
+        rays = _by_film(job, files, encoding, progress, watch)
     return RenderStats(rays, watch.seconds)
 
 
-def _stream(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None, watch: Stopwatch) -> int:
+def _stream(
+    job: RenderJob, file: BinaryIO, encoding: Encoding, progress: Progress | None, watch: Stopwatch
+) -> int:
     with watch.stage("build"):
         tracer, scene = job.tracer, job.scene
     with watch.stage("trace"):
         exposure, rays = stops_of(tracer, scene.exposure)
-    transform, texts = DisplayTransform(exposure, scene.tone, bits), png_texts(job.summary(exposure))
+    transform, texts = DisplayTransform(exposure, scene.tone, encoding.bits), png_texts(job.summary(exposure))
+    compress = encoding.compress
     if isinstance(tracer, NativeTracer):
         watch.seconds["build"] *= job.request.thread_count  # all threads build the tree
-        traced, seconds = tracer.picture(job.window, transform, texts, file.write, progress)
+        traced, seconds = tracer.picture(job.window, transform, texts, file.write, progress, compress)
         for stage, spent in seconds.items():
             watch.seconds[stage] += spent
         return rays + traced
     with watch.stage("trace"):
-        encoder = PngEncoder(job.window.width, job.window.height, transform, texts)
+        encoder = PngEncoder(job.window.width, job.window.height, transform, texts, compress)
         for band in cast("BandedTracer", tracer).bands(job.window, progress=progress):
             rays += band.rays
             with watch.stage("write"):
@@ -84,9 +87,7 @@ def _stream(job: RenderJob, file: BinaryIO, bits: int, progress: Progress | None
     return rays
 
 
-def _by_film(
-    job: RenderJob, files: Files, quantization: Quantization, progress: Progress | None, watch: Stopwatch
-) -> int:
+def _by_film(job: RenderJob, files: Files, encoding: Encoding, progress: Progress | None, watch: Stopwatch) -> int:
     with watch.stage("build"):
         job.tracer  # noqa: B018 - prepared once
     with watch.stage("trace"):
@@ -97,7 +98,7 @@ def _by_film(
     by_name = format_of(files[RADIANCE][0]).extra is not None
     with watch.stage("write" if by_name else "develop"):
         timed = {part: (name, _TimedFile(file, watch)) for part, (name, file) in files.items()}
-        film.write(cast("Files", timed), quantization)
+        film.write(cast("Files", timed), encoding)
     return film.rays
 
 

@@ -117,12 +117,14 @@ class Tracer:
         self,
         window: Window,
         transform: _DisplayTransform,
-        texts: _Texts,
+        texts_and_compress: tuple[_Texts, str],
         write: Callable[[bytes], Any],
         progress: _Progress | None,
         /,
     ) -> tuple[int, float, float, float]:
         """Render a window to a PNG, of which `write` is given piece by piece, in memory that stays bounded.
+
+        The compression of the file is `fast` or `small`.
 
         Returns
         -------
@@ -160,9 +162,13 @@ class PngEncoder:
         Stops, tone curve, bits a channel.
     texts
         What the file tells beside its pixels.
+    compress
+        `fast`, or `small`: few bytes.
     """
 
-    def __new__(cls, width: int, height: int, transform: _DisplayTransform, texts: _Texts, /) -> PngEncoder: ...
+    def __new__(
+        cls, width: int, height: int, transform: _DisplayTransform, texts: _Texts, compress: str = "fast", /
+    ) -> PngEncoder: ...
     def push(self, radiance: bytes, /) -> bytes:
         """Add whole rows; return what the file holds next."""
 
@@ -215,7 +221,7 @@ def read_scene(file: bytes, format: str, edits: list[_PathEdit], /) -> Columns |
     """
 
 def write_picture(
-    scene: bytes, format: str, edits: list[_PathEdit], bits: int, paths: tuple[str, str], /
+    scene: bytes, format: str, edits: list[_PathEdit], bits: int, compress: str, paths: tuple[str, str], /
 ) -> tuple[str, str, int, tuple[int, int], dict[str, float]] | None:
     """Render a scene file as `read_scene` takes it to a PNG, with one thread.
 
@@ -233,7 +239,7 @@ def write_picture(
     OSError
         If the file cannot be written; it names the first path.
     ValueError
-        For another format, or bits other than 8 and 16.
+        For another format, bits other than 8 and 16, or a compression other than `fast` and `small`.
     """
 
 def by_threes(kinds: bytes, parameters: bytes, /) -> tuple[bytes, bytes, bytes]:
@@ -260,7 +266,9 @@ def develop(radiance: bytes, transform: _DisplayTransform, alpha: bytes | None =
     With alpha, float32, radiance is multiplied by it; the fourth channel is alpha, and the others are no products.
     """
 
-def encode_png(pixels: bytes, size: tuple[int, int], channels: int, bits: int, texts: _Texts, /) -> bytes:
+def encode_png(
+    pixels: bytes, size: tuple[int, int], channels: int, bits: int, texts: _Texts, compress: str = "fast", /
+) -> bytes:
     """Return a PNG of levels: 1 or 3 channels that are no colors, or sRGB with alpha in 4.
 
     The size is width and height; levels have 8 bits, or 16 in native byte order.

@@ -74,12 +74,13 @@ class NativeTracer:
         texts: list[tuple[str, str]],
         write: Callable[[bytes], Any],
         progress: Progress | None = None,
+        compress: str = "fast",
     ) -> tuple[int, dict[str, float]]:
         """Write a PNG piece by piece; return the number of rays, and the seconds of all threads in each stage.
 
-        `texts` are the keywords and values to store in the file.
+        `texts` are the keywords and values to store in the file, and it costs little time or, `small`, few bytes.
         """
-        rays, trace, develop, encode = self._tracer.picture(window, transform, texts, write, progress)
+        rays, trace, develop, encode = self._tracer.picture(window, transform, (texts, compress), write, progress)
         return rays, {"trace": trace, "develop": develop, "write": encode}
 
 

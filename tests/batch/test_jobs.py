@@ -171,6 +171,15 @@ def test_settings_are_told_as_plain_data():
     }
 
 
+def test_settings_that_manifests_had_not_from_the_start_are_told_only_if_they_are_given():
+    assert BatchSettings(compress="fast").as_dict().keys() == BatchSettings().as_dict().keys()
+    told = BatchSettings(depth_scale=0.5, compress="small").as_dict()
+    assert {key: told[key] for key in told.keys() - BatchSettings().as_dict().keys()} == {
+        "depth_scale": 0.5,
+        "compress": "small",
+    }
+
+
 def test_outputs_are_the_files_of_the_film(folder):
     write_scene(folder / "sub" / "a.yaml")
     [job] = find_jobs(["."], BatchSettings(".jpg", ("depth",)), "out")

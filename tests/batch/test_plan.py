@@ -69,6 +69,7 @@ def test_scene_that_is_written_otherwise_is_current_and_soon_without_a_look(scen
         {"suffix": ".jpg"},
         {"passes": ("depth",)},
         {"bits": 16},
+        {"compress": "small"},
         *({"overrides": overrides} for overrides in (Overrides(size=(8, 6)), Overrides(samples=4))),
         *(
             {"overrides": overrides}

@@ -14,6 +14,7 @@ import rtcli
 from rtcli.batch.jobs import BatchSettings, Job, find_jobs
 from rtcli.batch.sweep import Combination, parse_variation
 from rtcli.batch.worker import MAX_KEPT, BatchTask, content_of, render_job
+from rtcli.image.display import Encoding
 from rtcli.scene.overrides import Overrides
 
 ALL = ("depth", "object_id")
@@ -34,15 +35,19 @@ def scene(folder):
 
 
 @pytest.mark.parametrize(
-    ("suffix", "passes", "bits"),
-    [(".png", (), 8), (".png", (), 16), (".png", ALL, 8), (".npz", ALL, 8), (".jpg", ALL, 8), (".npy", ALL, 8)],
+    ("suffix", "passes", "encoding"),
+    [
+        *((".png", (), encoding) for encoding in (Encoding(), Encoding(16), Encoding(8, None, "small"))),
+        *((".png", ALL, encoding) for encoding in (Encoding(), Encoding(16, None, "small"))),
+        *((suffix, ALL, Encoding()) for suffix in (".npz", ".jpg", ".npy")),
+    ],
 )
 @pytest.mark.parametrize("writes", [True, False], ids=["by the worker", "brought back"])
-def test_files_are_those_that_the_python_interface_saves(scene, folder, suffix, passes, bits, writes):
-    job = job_of(suffix=suffix, passes=passes, bits=bits)
+def test_files_are_those_that_the_python_interface_saves(scene, folder, suffix, passes, encoding, writes):
+    job = job_of(suffix=suffix, passes=passes, **encoding._asdict())
     outcome = render(job, folder=str(folder / "out") if writes else None)
     (folder / "python").mkdir()
-    rtcli.render(rtcli.load_scene(scene), passes).save(folder / "python" / f"a{suffix}", bits)
+    rtcli.render(rtcli.load_scene(scene), passes).save(folder / "python" / f"a{suffix}", *encoding)
     saved = results_in(folder / "python")
     assert (results_in(folder / "out") if writes else outcome.files) == saved
     assert outcome.status == "done"

@@ -198,6 +198,7 @@ def test_picture_of_a_cluster_is_that_of_one_machine(run, scene, cluster):
     for name, options in {
         "plain.png": [],
         "deep.png": ["--bits", "16", "--exposure", "auto"],
+        "small.png": ["--compress", "small"],
         "passes.png": PASSES,
         "all.npz": ["--passes", "all"],
         "crop.webp": ["--crop", "50,37,200,150"],
@@ -207,7 +208,7 @@ def test_picture_of_a_cluster_is_that_of_one_machine(run, scene, cluster):
         for folder, dask in (("local", []), ("cluster", ["--dask", cluster.address])):
             Path(folder).mkdir(exist_ok=True)
             assert run(*arguments, "-o", f"{folder}/{name}", *dask).exit_code == 0
-    assert len(results_in(Path("local"))) == 9
+    assert len(results_in(Path("local"))) == 10
     assert results_in(Path("cluster")) == results_in(Path("local"))
 
 

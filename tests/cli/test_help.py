@@ -12,7 +12,7 @@ from rtcli.cli import main
 # Made as the program makes it, with the names of the help option: a command keeps those that it sees first.
 CONTEXT = main.make_context("rtcli", [], resilient_parsing=True, terminal_width=78)
 COMMANDS = {name: main.get_command(CONTEXT, name) for name in main.list_commands(CONTEXT)}
-MAX_LINES = {"render": 50, "batch": 50, "dataset": 40}
+MAX_LINES = {"render": 50, "batch": 51, "dataset": 40}
 WIDTH = 80
 
 

@@ -85,7 +85,11 @@ def test_terminal_without_a_size_is_told_to_need_a_file(spawn, scene):
     assert "does not report its size" in told
 
 
-@pytest.mark.parametrize("options", [["--passes", "depth"], ["--stats", "s.json"], ["--bits", "16"]], ids=" ".join)
+@pytest.mark.parametrize(
+    "options",
+    [["--passes", "depth"], ["--stats", "s.json"], ["--bits", "16"], ["--compress", "small"]],
+    ids=" ".join,
+)
 def test_what_is_for_files_is_not_for_a_terminal(spawn, scene, options):
     code, _, told = on_a_terminal(spawn, "render", scene, *options)
     assert code == 2

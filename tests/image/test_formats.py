@@ -93,6 +93,32 @@ def test_jpeg_is_close_to_the_developed_pixels(picture, tmp_path, suffix):
         assert np.abs(np.asarray(image).astype(int) - picture.develop()).mean() < 3
 
 
+def test_small_png_has_the_pixels_of_a_fast_one_and_its_passes_too(film, tmp_path):
+    for name in ("fast", "small"):
+        (tmp_path / name).mkdir()
+        film.save(tmp_path / name / "out.png", compress=name)
+    pictures = [path.name for path in (tmp_path / "fast").glob("*.png")]
+    assert len(pictures) == len(ARRAYS)
+    for picture in pictures:
+        fast, small = ((tmp_path / name / picture).read_bytes() for name in ("fast", "small"))
+        assert decode_png(small) == decode_png(fast)
+        assert len(small) < len(fast)
+
+
+@pytest.mark.parametrize(
+    ("name", "compress", "message"),
+    [
+        ("out.png", "tiny", "compress must be 'fast' or 'small', got 'tiny'"),
+        ("out.tif", "small", "only .png files can be 'small', not '.*out.tif'"),
+        ("out.npz", "small", "only .png files can be 'small', not '.*out.npz'"),
+    ],
+)
+def test_compression_that_does_not_fit_is_a_value_error(picture, tmp_path, name, compress, message):
+    with pytest.raises(ValueError, match=message):
+        picture.save(tmp_path / name, compress=compress)
+    assert not list(tmp_path.iterdir())
+
+
 def test_png_of_16_bits_reads_back_to_the_developed_pixels(picture, tmp_path):
     picture.save(tmp_path / "out.png", bits=16)
     width, height, channels, bits, pixels = decode_png((tmp_path / "out.png").read_bytes())

@@ -1,3 +1,4 @@
+import hashlib
 import io
 import struct
 import zlib
@@ -7,15 +8,15 @@ import pytest
 from PIL import Image
 
 from rtcli.image.develop import develop
-from rtcli.image.display import DEPTHS, DisplayTransform
+from rtcli.image.display import COMPRESSIONS, DEPTHS, DisplayTransform
 from rtcli.image.write import is_whole_exr, png_pieces, write_exr
 
 TEXTS = [("Software", "rtcli 1")]
 RADIANCE = np.random.default_rng(7).random((13, 21, 3), dtype=np.float32)
 
 
-def png(radiance, bits=8):
-    return b"".join(png_pieces(radiance, DisplayTransform(bits=bits), TEXTS))
+def png(radiance, bits=8, compress="fast"):
+    return b"".join(png_pieces(radiance, DisplayTransform(bits=bits), TEXTS, compress))
 
 
 def chunks(file):
@@ -58,16 +59,20 @@ def test_png_reads_back_to_the_developed_pixels():
         np.testing.assert_array_equal(np.asarray(image), develop(RADIANCE, DisplayTransform()))
 
 
+@pytest.mark.parametrize("compress", COMPRESSIONS)
 @pytest.mark.parametrize("bits", DEPTHS)
-def test_png_holds_the_developed_pixels_bit_for_bit(bits):
+@pytest.mark.parametrize("radiance", [RADIANCE, RADIANCE[:1, :1], np.sort(RADIANCE, 0), np.sort(RADIANCE, 1)])
+def test_png_holds_the_developed_pixels_bit_for_bit(radiance, bits, compress):
     np.testing.assert_array_equal(
-        samples(png(RADIANCE, bits), bits), develop(RADIANCE, DisplayTransform(bits=bits))
+        samples(png(radiance, bits, compress), bits), develop(radiance, DisplayTransform(bits=bits))
     )
 
 
+@pytest.mark.parametrize("compress", COMPRESSIONS)
 @pytest.mark.parametrize("bits", DEPTHS)
-def test_png_says_that_it_is_srgb_and_what_it_is_given_and_nothing_else(bits):
-    told = [(name, content) for name, content in chunks(png(RADIANCE, bits)) if name not in (b"IHDR", b"IDAT")]
+def test_png_says_that_it_is_srgb_and_what_it_is_given_and_nothing_else(bits, compress):
+    file = png(RADIANCE, bits, compress)
+    told = [(name, content) for name, content in chunks(file) if name not in (b"IHDR", b"IDAT")]
     assert told == [(b"sRGB", b"\0"), (b"tEXt", b"Software\0rtcli 1"), (b"IEND", b"")]
 
 
@@ -75,11 +80,25 @@ def test_same_radiance_gives_the_same_bytes():
     assert png(RADIANCE) == png(RADIANCE.copy())
 
 
-def test_bands_do_not_show():
+@pytest.mark.parametrize("compress", COMPRESSIONS)
+def test_bands_do_not_show(compress):
     tall = np.random.default_rng(1).random((3000, 200, 3), dtype=np.float32)
-    assert sum(1 for _ in png_pieces(tall, DisplayTransform(), [])) > 2
-    with Image.open(io.BytesIO(png(tall))) as image:
+    assert sum(1 for _ in png_pieces(tall, DisplayTransform(), [], compress)) > 2
+    with Image.open(io.BytesIO(png(tall, 8, compress))) as image:
         np.testing.assert_array_equal(np.asarray(image), develop(tall, DisplayTransform()))
+
+
+@pytest.mark.parametrize(
+    ("bits", "digest"),
+    [
+        (8, "3e633e4234859b07a49ee82e33d9556337c9c1ba15a33d3ad4ddbecc3836fcc6"),
+        (16, "f33511cdd1d6fda215f5c4eb236bbf17a4212feea3d5be83a632cb3b9fb9ccb3"),
+    ],
+)
+def test_small_png_has_the_same_bytes_on_every_machine(bits, digest):
+    y, x = np.mgrid[0:400, 0:300].astype(np.float32)
+    radiance = np.stack([x / 300, y / 400, (x * y) % 97 / 97], axis=-1)
+    assert hashlib.sha256(png(radiance, bits, "small")).hexdigest() == digest
 
 
 # --- OpenEXR: whether all of a file is there -----------------------------------------------------------------

@@ -500,6 +500,17 @@ def test_impossible_display_transform_is_a_value_error(look):
             wrong()
 
 
+def test_unknown_compression_is_a_value_error():
+    for wrong in (
+        lambda: _native.PngEncoder(1, 1, LOOK, [], "tiny"),
+        lambda: _native.encode_png(b"abc", (1, 1), 3, 8, [], "tiny"),
+        lambda: tracer().picture(WHOLE, LOOK, [], print, None, "tiny"),
+        lambda: _native.write_picture(b"", "yaml", [], 8, "tiny", ("a.png", "b.png")),
+    ):
+        with pytest.raises(ValueError, match="compress must be 'fast' or 'small', got \"tiny\""):
+            wrong()
+
+
 @pytest.mark.parametrize("call", [lambda radiance: _native.develop(radiance, LOOK), _native.meter])
 def test_radiance_of_no_whole_pixels_is_a_value_error(call):
     with pytest.raises(ValueError, match="whole number of float32 RGB pixels"):

@@ -5,6 +5,7 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
+use rtcli_tracer::png::Compression;
 use rtcli_tracer::world::{
     Camera, CapsuleDesc, ConeDesc, CuboidDesc, CylinderDesc, LightDesc, LightSource, Object, PlaneDesc,
     Projection, Settings, ShapeDesc, SphereDesc, Vector, Window, World,
@@ -148,7 +149,16 @@ fn streaming(criterion: &mut Criterion) {
         let developer = Developer::new(0.0, ToneCurve::Clip, bits);
         group.bench_function(format!("{} bits", 8 * bits.bytes_per_pixel() / 3), |bencher| {
             bencher.iter(|| {
-                on_one_thread(|| tracer.write_png(WINDOW, &developer, &[], std::io::sink(), &Monitor::default()))
+                on_one_thread(|| {
+                    tracer.write_png(
+                        WINDOW,
+                        &developer,
+                        &[],
+                        Compression::Fast,
+                        std::io::sink(),
+                        &Monitor::default(),
+                    )
+                })
             });
         });
     }

@@ -5,7 +5,7 @@ use crate::monitor::{Monitor, Stopped};
 use crate::output::develop::Developer;
 use crate::output::film::{CameraToWorld, Film, FilmSink, Pass, Values};
 use crate::output::meter::{MeterReading, meter};
-use crate::output::png::{Color, Header, PngWriter};
+use crate::output::png::{Color, Compression, Header, PngWriter};
 use crate::output::rle::{self, Mask};
 use crate::scene::Scene;
 use crate::simd::{Kernel, Level};
@@ -195,6 +195,7 @@ impl Tracer {
         window: Window,
         developer: &Developer,
         texts: &[(String, String)],
+        compression: Compression,
         sink: impl io::Write + Send,
         monitor: &Monitor,
     ) -> Result<RenderStats, Stopped> {
@@ -205,7 +206,7 @@ impl Tracer {
             bits: developer.bits(),
             texts,
         };
-        let mut writer = PngWriter::new(sink, header)?;
+        let mut writer = PngWriter::new(sink, header, compression)?;
         let mut stats = RenderStats::default();
         let row = window.width as usize * developer.bytes_per_pixel();
         let most = (MOST_WAITING / (row * SIDE as usize)).max(1);

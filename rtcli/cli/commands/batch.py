@@ -31,8 +31,8 @@ from rtcli.cli.options.golden import FolderCheckOptions, folder_check_options, i
 from rtcli.cli.options.scene import (
     edit_errors,
     film_options,
+    pop_encoding,
     pop_overrides,
-    pop_quantization,
     scene_options,
 )
 from rtcli.cli.options.types import WholeNumber, parse_format
@@ -80,7 +80,7 @@ class BatchOptions:
         check_workers(self.dask, self.jobs, self.shared)
         with usage_errors():
             settings = self.settings
-            check_fits(f"results{settings.suffix}", (1, 1), settings.quantization, settings.passes)
+            check_fits(f"results{settings.suffix}", (1, 1), settings.encoding, settings.passes)
         varied = [edit for variation in self.vary for edit in variation.edits]
         for option, edits in ((self.settings.overrides.option, self.settings.overrides.edits), ("--vary", varied)):
             if edits:
@@ -193,8 +193,8 @@ def command(context: click.Context, /, **options: Any) -> int:
     if options["output"] is None:
         raise click.UsageError("Missing option '-o': name a folder for the results, or --check a golden folder")
     suffix, passes, overrides = options.pop("suffix"), options.pop("passes"), pop_overrides(options)
-    bits, depth_scale = pop_quantization(options)
-    settings = BatchSettings(suffix, passes, bits, overrides, depth_scale)
+    bits, depth_scale, compress = pop_encoding(options)
+    settings = BatchSettings(suffix, passes, bits, overrides, depth_scale, compress)
     animations = tuple(suffix for suffix in ANIMATIONS if options.pop(suffix.removeprefix(".")))
     parsed = BatchOptions(settings=settings, animations=animations, **options)
     return run(parsed) if check is None else _check(parsed, check)

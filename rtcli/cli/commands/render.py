@@ -23,14 +23,14 @@ from rtcli.cli.options.scene import (
     SCENE_HELP,
     edit_errors,
     film_options,
+    pop_encoding,
     pop_overrides,
-    pop_quantization,
     scene_options,
 )
 from rtcli.cli.options.types import WholeNumber, parse_crop
 from rtcli.cli.paths import OutputPath, refuse_collisions, refuse_folder
 from rtcli.cli.progress import progress
-from rtcli.image.display import DEFAULT_QUANTIZATION, Quantization
+from rtcli.image.display import DEFAULT_ENCODING, Encoding
 from rtcli.image.formats import check_fits, open_parts, parts_of
 from rtcli.image.write import FORMATS, METADATA
 from rtcli.rendering.job import RenderJob, RenderRequest
@@ -57,7 +57,7 @@ class RenderOptions:
     scene: str
     output: str | None
     passes: tuple[str, ...]
-    quantization: Quantization
+    encoding: Encoding
     engine: str
     threads: int | None
     crop: Window | None
@@ -86,7 +86,7 @@ class PictureOutput(NamedTuple):
 
     path: str
     passes: tuple[str, ...]
-    quantization: Quantization
+    encoding: Encoding
     is_kept: bool = True
 
     def check(self) -> None:
@@ -162,11 +162,11 @@ def command(context: click.Context, /, **options: Any) -> int:
             "To write a first scene: rtcli new my.yaml"
         )
     check = pop_check(options, context)
-    parsed = RenderOptions(overrides=pop_overrides(options), quantization=pop_quantization(options), **options)
+    parsed = RenderOptions(overrides=pop_overrides(options), encoding=pop_encoding(options), **options)
     if check is not None:
         return _check(parsed, check)
     if parsed.output is not None:
-        return render(parsed, PictureOutput(parsed.output, parsed.passes, parsed.quantization))
+        return render(parsed, PictureOutput(parsed.output, parsed.passes, parsed.encoding))
     if not is_terminal(sys.stdout):
         import shlex  # only for this message
 
@@ -176,8 +176,8 @@ def command(context: click.Context, /, **options: Any) -> int:
             f"Missing option '-o'. For example: {printable(example)}\n"
             "To compare with a golden picture: --check GOLDEN.png"
         )
-    if parsed.passes or parsed.stats is not None or parsed.quantization != DEFAULT_QUANTIZATION:
-        raise click.UsageError("--passes, --stats, --bits and --depth-scale need a file: -o OUT")
+    if parsed.passes or parsed.stats is not None or parsed.encoding != DEFAULT_ENCODING:
+        raise click.UsageError("--passes, --stats, --bits, --compress and --depth-scale need a file: -o OUT")
     return _preview(parsed)
 
 
@@ -202,13 +202,13 @@ def _check(options: RenderOptions, check_options: CheckOptions) -> int:
     check, path = golden_check(check_options, options.passes), options.output
     if path is not None and Path(path).suffix.lower() != Path(check.name).suffix.lower():
         raise click.UsageError(f"OUT must have the same format as the golden file {check.name!r}")
-    passes, quantization = options.passes or check.golden.passes, options.quantization
-    quantization = quantization._replace(bits=check.golden.bits(quantization.bits))
+    passes, encoding = options.passes or check.golden.passes, options.encoding
+    encoding = encoding._replace(bits=check.golden.bits(encoding.bits))
     if path is not None:
-        return render(options, PictureOutput(path, passes, quantization), check)
+        return render(options, PictureOutput(path, passes, encoding), check)
     with tempfile.TemporaryDirectory(prefix="rtcli-") as folder:
         temporary = str(Path(folder) / f"rendering{Path(check.name).suffix}")
-        return render(options, PictureOutput(temporary, passes, quantization, is_kept=False), check)
+        return render(options, PictureOutput(temporary, passes, encoding, is_kept=False), check)
 
 
 def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | None = None) -> int:
@@ -219,7 +219,7 @@ def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | N
     window = request.window(scene.world.camera)
     job = RenderJob(scene, request)
     with usage_errors():
-        check_fits(output.name, window[2:], output.quantization, job.array_names)
+        check_fits(output.name, window[2:], output.encoding, job.array_names)
     if check is not None and (mismatch := check.size_mismatch(window)) and not output.is_kept:
         return check.report(mismatch, options.quiet)
     # Open everything before the work, so that no time is lost if a file cannot be written.
@@ -230,7 +230,7 @@ def render(options: RenderOptions, output: PictureOutput, check: GoldenCheck | N
     ):
         job = replace(job, executor=executor)
         with watch.stages_together() as spent, progress("rendering", options.quiet) as on_progress:
-            stats = write_film(job, files, output.quantization, on_progress)
+            stats = write_film(job, files, output.encoding, on_progress)
             spent.update(stats.seconds)
         stats_file.write(_stats_json(stats, request, watch))
     if output.is_kept and not options.quiet:

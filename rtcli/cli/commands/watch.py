@@ -16,10 +16,10 @@ from rtcli.atomic import check_writable
 from rtcli.cli.console import STDIO, print_lines, read_input, report_line, wants_color
 from rtcli.cli.exit_codes import os_error_text, usage_errors
 from rtcli.cli.help import Command
-from rtcli.cli.options.scene import film_options, pop_overrides, pop_quantization, scene_options
+from rtcli.cli.options.scene import film_options, pop_encoding, pop_overrides, scene_options
 from rtcli.cli.options.types import WholeNumber
 from rtcli.cli.paths import OutputPath, refuse_collisions, refuse_folder
-from rtcli.image.display import Quantization
+from rtcli.image.display import Encoding
 from rtcli.image.formats import check_fits, open_parts, parts_of
 from rtcli.image.write import FORMATS
 from rtcli.live.watch import GRACE, SETTLED, FileWatcher, SupersededError, Version
@@ -42,7 +42,7 @@ class WatchOptions:
     output: str
     request: RenderRequest
     overrides: Overrides
-    quantization: Quantization
+    encoding: Encoding
 
     def parts(self) -> dict[str, Path]:
         """Return the file of each part of the film."""
@@ -62,12 +62,12 @@ class WatchOptions:
 @click.option("--threads", type=WholeNumber(1), metavar="N", show_default="all", help="Use N processor cores.")
 def command(scene: str, output: str, threads: int | None, **options: Any) -> None:
     """Render a scene again at each save."""
-    overrides, quantization = pop_overrides(options), pop_quantization(options)
+    overrides, encoding = pop_overrides(options), pop_encoding(options)
     if STDIO in (scene, output):
         raise click.UsageError("SCENE and OUT must be files: standard input cannot be followed")
     refuse_folder(output, "-o")
     request = RenderRequest(options["passes"], threads=threads)
-    parsed = WatchOptions(scene, output, request, overrides, quantization)
+    parsed = WatchOptions(scene, output, request, overrides, encoding)
     with usage_errors():
         request.simd()
         outputs = [OutputPath(f"the {part}", str(path), "-o") for part, path in parsed.parts().items()]
@@ -110,14 +110,14 @@ def _render(options: WatchOptions, watcher: FileWatcher, version: Version) -> st
     scene = load(version.raw, options.scene, options.overrides, watch)
     job = RenderJob(scene, options.request)
     size = job.window.width, job.window.height
-    check_fits(options.output, size, options.quantization, job.array_names)
+    check_fits(options.output, size, options.encoding, job.array_names)
 
     def go_on(done: int, total: int) -> None:
         if not watcher.is_current(version):
             raise SupersededError
 
     with open_parts(options.parts(), sync=False) as files:  # the next save writes them again
-        write_film(job, files, options.quantization, go_on)
+        write_film(job, files, options.encoding, go_on)
         if not watcher.stays(version, version.saved + SETTLED):
             raise SupersededError  # before anything appears
     watcher.accept(version)

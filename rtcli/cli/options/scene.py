@@ -11,7 +11,7 @@ import click
 from rtcli.cli.console import display_name, read_input
 from rtcli.cli.help import environment_variable
 from rtcli.cli.options import types
-from rtcli.image.display import DEPTHS, Quantization
+from rtcli.image.display import COMPRESSIONS, DEPTHS, Encoding
 from rtcli.scene.bounds import MAX_SAMPLES
 from rtcli.scene.overrides import Overrides
 
@@ -67,6 +67,14 @@ film_options = types.option_group(
         help="Set the bits per channel of a .png.",
     ),
     click.option(
+        "--compress",
+        type=click.Choice(COMPRESSIONS),
+        metavar="HOW",
+        default=COMPRESSIONS[0],
+        show_default=True,
+        help=f"Write .png files {' or '.join(COMPRESSIONS)}.",
+    ),
+    click.option(
         "--depth-scale",
         type=types.parse_positive,
         metavar="S",
@@ -75,9 +83,9 @@ film_options = types.option_group(
 )
 
 
-def pop_quantization(options: dict[str, Any]) -> Quantization:
-    """Remove the options of quantization from those of a command, and return them."""
-    return Quantization(options.pop("bits"), options.pop("depth_scale"))
+def pop_encoding(options: dict[str, Any]) -> Encoding:
+    """Remove the options of encoding from those of a command, and return them."""
+    return Encoding(options.pop("bits"), options.pop("depth_scale"), options.pop("compress"))
 
 
 def pop_overrides(options: dict[str, Any]) -> Overrides:

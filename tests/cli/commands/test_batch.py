@@ -88,6 +88,32 @@ def test_depth_scale_is_a_setting_of_the_batch(run, scenes):
     assert "0 current" in run("batch", "scenes", "-o", "out", "--passes", "depth").stderr
 
 
+@pytest.mark.parametrize("options", [(), ("--alpha",), ("--passes", "all"), ("--bits", "16")], ids=" ".join)
+def test_compress_is_a_setting_of_the_batch(run, scenes, options):
+    small = (*options, "--size", "300x200", "--compress", "small")
+    assert run("batch", "scenes", "-o", "out", *small).exit_code == 0
+    run("render", "scenes/000.yaml", "-o", "000.png", *small)
+    assert {name: Path(name).read_bytes() for name in results_in(OUT) if name.startswith("000.")} == {
+        name: data for name, data in results_in(OUT).items() if name.startswith("000.")
+    }
+    assert {entry["settings"]["compress"] for entry in entries(OUT).values()} == {"small"}
+    assert "0 rendered, 3 current" in run("batch", "scenes", "-o", "out", *small).stderr
+
+
+def test_another_compression_makes_the_files_again(run, scenes):
+    run("batch", "scenes", "-o", "out")
+    fast, told = results_in(OUT), lasting(OUT)
+    assert "0 rendered, 3 current" in run("batch", "scenes", "-o", "out", "--compress", "fast").stderr
+    assert "3 rendered, 0 current" in run("batch", "scenes", "-o", "out", "--compress", "small").stderr
+    small = results_in(OUT)
+    assert small.keys() == fast.keys()
+    assert all(len(small[name]) < len(fast[name]) for name in fast)
+    planned = run("batch", "scenes", "-o", "out", "--dry-run").stdout
+    assert planned.count("the settings changed") == 3
+    assert "3 rendered, 0 current" in run("batch", "scenes", "-o", "out").stderr
+    assert (results_in(OUT), lasting(OUT)) == (fast, told)
+
+
 def test_sixteen_bits(run, scenes):
     assert run("batch", "scenes", "-o", "out", "--bits", "16").exit_code == 0
     run("render", "scenes/000.yaml", "-o", "single.png", "--bits", "16")
@@ -497,6 +523,7 @@ def test_report_tells_of_the_whole_folder_and_quietly_if_asked_to(run, scenes):
         ["scenes", "-o", "out", "--vary", "camera.fov=20:60"],
         ["scenes", "-o", "out", "--format", "bmp"],
         ["scenes", "-o", "out", "--bits", "16", "--format", "npz"],
+        ["scenes", "-o", "out", "--compress", "small", "--format", "jpg"],
         ["scenes", "-o", "out", "--jobs", "0"],
         ["scenes", "-o", "out", "--set", "camera.fov"],
         ["scenes", "-o", "out", "--set", "camera..fov=3"],

@@ -15,9 +15,11 @@ import rtcli
 from rtcli.compare.difference import NEITHER, ONLY_FIRST, ONLY_SECOND
 from rtcli.image.write import FORMATS
 from rtcli.scene.model import ImageSettings, RenderSettings
-from rtcli.tracer._native import simd_level
+from rtcli.tracer._native import decode_png, simd_level
 from rtcli.tracer.engines import default_threads
 from rtcli.tracer.passes import PASSES
+
+ROOT = Path(__file__).resolve().parents[3]
 
 
 def names_in(folder):
@@ -158,6 +160,71 @@ def test_variable_of_the_environment_is_a_default(run, scene):
     assert np.array_equal(pixels(result.stdout_bytes), rendered(run, "--samples", "4"))
     result = run("render", scene, "-o", "-", "--samples", "1", env={"RTCLI_RENDER_SAMPLES": "4"})
     assert np.array_equal(pixels(result.stdout_bytes), rendered(run))
+
+
+SMALL = ("--compress", "small")
+
+
+@pytest.mark.parametrize("engine", ["native", "reference"])
+@pytest.mark.parametrize(
+    "options", [(), ("--alpha",), ("--bits", "16"), ("--crop", "3,5,1,1"), ("--passes", "all")], ids=" ".join
+)
+def test_small_files_have_the_pixels_of_fast_ones_and_fewer_bytes(run, scene, folder, options, engine):
+    for name in ("fast", "small"):
+        (folder / name).mkdir()
+        size = ("--size", "30x20") if engine == "reference" else ("--size", "300x200")
+        arguments = ("-o", f"{name}/a.png", *size, *options, "--engine", engine, "--compress", name)
+        assert run("render", scene, *arguments).exit_code == 0
+    pictures = [path for path in names_in(folder / "fast") if path.endswith(".png")]
+    assert len(pictures) == (7 if "all" in options else 1)
+    for name in pictures:
+        fast, small = (folder.joinpath(each, name).read_bytes() for each in ("fast", "small"))
+        assert decode_png(small) == decode_png(fast)
+        assert PillowImage.open(io.BytesIO(small)).text == PillowImage.open(io.BytesIO(fast)).text
+        assert len(small) < len(fast)
+
+
+def test_default_is_the_fast_compression(run, scene):
+    options = ("render", scene, "-o", "-")
+    assert run(*options).stdout_bytes == run(*options, "--compress", "fast").stdout_bytes
+
+
+@pytest.mark.parametrize("options", [("--bits", "16"), ("--exposure", "auto"), ("--crop", "9,9,333,222")])
+def test_bytes_of_a_small_file_do_not_depend_on_threads_and_instructions(run, scene, options):
+    levels = [("1", "baseline"), ("2", simd_level()), ("3", simd_level()), ("16", "baseline")]
+    arguments = ("render", scene, "-o", "-", "--size", "500x400", *SMALL, *options)
+    files = {
+        run(*arguments, "--threads", threads, env={"RTCLI_SIMD": level}).stdout_bytes for threads, level in levels
+    }
+    assert len(files) == 1
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "scenes").glob("*.yaml")), ids=lambda path: path.stem)
+def test_small_files_of_all_scenes_are_smaller(run, path):
+    options = ("render", str(path), "-o", "-", "--size", "320x180")
+    fast, small = (run(*options, "--compress", name).stdout_bytes for name in ("fast", "small"))
+    assert len(small) < len(fast)
+    assert decode_png(small) == decode_png(fast)
+
+
+def test_compression_has_a_variable_of_the_environment(run, scene):
+    small = run("render", scene, "-o", "-", *SMALL).stdout_bytes
+    assert run("render", scene, "-o", "-", env={"RTCLI_RENDER_COMPRESS": "small"}).stdout_bytes == small
+    result = run("render", scene, "-o", "-", env={"RTCLI_RENDER_COMPRESS": "tiny"})
+    assert "Invalid value for RTCLI_RENDER_COMPRESS: 'tiny' is not one of 'fast', 'small'" in result.stderr
+
+
+def test_passes_beside_a_picture_that_is_no_png_can_be_small(run, scene):
+    for name, compress in (("fast", ()), ("small", SMALL)):
+        result = run("render", scene, "-o", f"{name}.jpg", "--size", "300x200", "--passes", "depth", *compress)
+        assert result.exit_code == 0
+    assert Path("small.jpg").read_bytes() == Path("fast.jpg").read_bytes()
+    assert Path("small.depth.png").stat().st_size < Path("fast.depth.png").stat().st_size
+
+
+def test_golden_picture_may_have_either_compression(run, scene):
+    run("render", scene, "-o", "golden.png", *SMALL)
+    assert run("render", scene, "--check", "golden.png").exit_code == 0
 
 
 HUGE = """
@@ -595,6 +662,13 @@ def test_closing_line_names_all_files(run, scene):
         (["-o", "out.png", "--passes", ""], "'' is not a pass"),
         (["-o", "-", "--passes", "depth"], "--passes needs a file"),
         (["-o", "out.tif", "--bits", "16"], "only .png files support 16 bits per channel"),
+        (
+            ["-o", "out.jpg", *SMALL],
+            "only .png files can be 'small', not 'out.jpg': compress it 'fast', or name a .png",
+        ),
+        (["-o", "out.npz", "--passes", "depth", *SMALL], "only .png files can be 'small', not 'out.npz'"),
+        (["-o", "out.npy", "--passes", "depth", *SMALL], "only .png files can be 'small', not 'out.npy'"),
+        (["-o", "out.png", "--compress", "tiny"], "'--compress': 'tiny' is not one of 'fast', 'small'"),
         (["-o", "out.png", "--depth-scale", "0.1"], "needs one of the passes depth and distance"),
         (["-o", "-", "--depth-scale", "0.1"], "needs one of the passes depth and distance"),
         (["-o", "out.npy", "--passes", "depth", "--depth-scale", "0.1"], "'out.npy' stores exact lengths"),

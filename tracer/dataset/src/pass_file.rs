@@ -4,7 +4,7 @@ use rtcli_plain::decode_json;
 use rtcli_tracer::develop::BitDepth;
 use rtcli_tracer::memory::{OutOfMemory, reserve, with_capacity};
 use rtcli_tracer::pass_picture::pass_picture;
-use rtcli_tracer::png::{self, Color, Header};
+use rtcli_tracer::png::{self, Color, Compression, Header};
 use rtcli_tracer::{Pass, Stopped};
 
 use crate::picture::{PassValues, Picture};
@@ -26,7 +26,7 @@ pub fn array_file(picture: &Picture<'_>, pass: Pass) -> Result<(&'static str, Ve
             let header = Header { width, height, color: Color::Grey, bits: BitDepth::Sixteen, texts: &[] };
             let mut levels = with_capacity(2 * ids.len(), FILE)?;
             levels.extend(ids.iter().flat_map(|&id| (id as u16).to_be_bytes()));
-            Ok((".png", png::encode(header, &levels)?))
+            Ok((".png", png::encode(header, &levels, Compression::Fast)?))
         }
         values => {
             let shape = shape(picture, pass);
@@ -52,7 +52,7 @@ pub fn level_file(picture: &mut Picture<'_>, pass: Pass) -> Result<Option<(Vec<u
     let (width, height) = picture.size();
     let color = if pass.channels() == 1 { Color::Grey } else { Color::Triple };
     let header = Header { width, height, color, bits: levels.bits, texts: &texts };
-    Ok(Some((png::encode(header, &levels.levels)?, decode)))
+    Ok(Some((png::encode(header, &levels.levels, Compression::Fast)?, decode)))
 }
 
 /// Returns the lengths of the array of a pass.

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use rtcli_plain::PlainScene;
 use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
 use rtcli_tracer::memory::{Growing, filled};
+use rtcli_tracer::png::Compression;
 use rtcli_tracer::render::COVERAGE_STEPS;
 use rtcli_tracer::rle::{self, Mask, PixelBox};
 use rtcli_tracer::{Film, Level, Monitor, Pass, Stopped, Tracer, ValueType, Values, WorkBudget, meter};
@@ -171,10 +172,17 @@ impl<'a> Picture<'a> {
         let developer = self.developer()?;
         let texts = self.texts()?.to_vec();
         if let Some(levels) = &self.levels {
-            return Ok(self.scene.png_of(levels, developer.bits(), &texts)?);
+            return Ok(self.scene.png_of(levels, developer.bits(), &texts, Compression::Fast)?);
         }
         let mut file = Growing::default();
-        self.scene.write_png(&self.tracer, &developer, &texts, &mut file, self.engine.monitor)?;
+        self.scene.write_png(
+            &self.tracer,
+            &developer,
+            &texts,
+            Compression::Fast,
+            &mut file,
+            self.engine.monitor,
+        )?;
         Ok(file.0)
     }
 

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use rtcli_reader::{Edit, Format};
 use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
-use rtcli_tracer::png::{self, Color, Header, PngWriter};
+use rtcli_tracer::png::{self, Color, Compression, Header, PngWriter};
 use rtcli_tracer::render::RenderStats;
 use rtcli_tracer::world::Window;
 use rtcli_tracer::{Level, Monitor, Stopped, Tracer, meter};
@@ -31,6 +31,8 @@ pub struct Picture<'a> {
     pub edits: &'a [Edit<'a>],
     /// The depth of a channel.
     pub bits: BitDepth,
+    /// The compression of the file.
+    pub compression: Compression,
     /// The file to write.
     pub target: &'a Path,
     /// A file that is not there, on the same file system.
@@ -73,8 +75,14 @@ impl PlainScene {
     /// # Errors
     ///
     /// If memory runs out.
-    pub fn png_of(&self, levels: &[u8], bits: BitDepth, texts: &[(String, String)]) -> io::Result<Vec<u8>> {
-        png::encode(self.header(bits, texts), levels)
+    pub fn png_of(
+        &self,
+        levels: &[u8],
+        bits: BitDepth,
+        texts: &[(String, String)],
+        compression: Compression,
+    ) -> io::Result<Vec<u8>> {
+        png::encode(self.header(bits, texts), levels, compression)
     }
 
     /// The data before the pixels of a PNG.
@@ -94,14 +102,15 @@ impl PlainScene {
         tracer: &Tracer,
         developer: &Developer,
         texts: &[(String, String)],
+        compression: Compression,
         sink: impl Write + Send,
         monitor: &Monitor,
     ) -> Result<RenderStats, Stopped> {
         if !self.alpha {
-            return tracer.write_png(self.window(), developer, texts, sink, monitor);
+            return tracer.write_png(self.window(), developer, texts, compression, sink, monitor);
         }
         let (levels, stats) = tracer.levels(self.window(), developer, true, monitor)?;
-        let mut writer = PngWriter::new(sink, self.header(developer.bits(), texts))?;
+        let mut writer = PngWriter::new(sink, self.header(developer.bits(), texts), compression)?;
         writer.write_rows(&levels)?;
         let write = writer.encoding();
         writer.finish()?;
@@ -142,11 +151,12 @@ impl Picture<'_> {
         let developer = developer(exposure, scene.tone, self.bits);
         let metered = start.elapsed();
         let mut sink = BufWriter::with_capacity(BUFFER, &mut file);
-        let stats =
-            scene.write_png(&tracer, &developer, &texts, &mut sink, monitor).map_err(|error| match error {
+        let stats = scene.write_png(&tracer, &developer, &texts, self.compression, &mut sink, monitor).map_err(
+            |error| match error {
                 Stopped::Io(error) => FileError::Io(error),
                 other => FileError::Stopped(other),
-            })?;
+            },
+        )?;
         sink.into_inner().map_err(|error| FileError::Io(error.into_error()))?;
         let (sha256, bytes) = file.finish().map_err(FileError::Io)?;
         let write = (start.elapsed() - metered).saturating_sub(stats.trace + stats.develop);
@@ -171,6 +181,7 @@ mod tests {
 
     use rtcli_reader::Format;
     use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
+    use rtcli_tracer::png::Compression;
     use rtcli_tracer::{Level, Monitor, Tracer};
 
     use crate::scene::PlainScene;
@@ -195,7 +206,10 @@ mod tests {
 
     #[test]
     fn a_picture_is_written_in_pieces_and_timed_with_alpha_and_without() {
-        for alpha in [false, true] {
+        let compressions = [Compression::Fast, Compression::Small];
+        for (alpha, compression) in
+            [false, true].into_iter().flat_map(|alpha| compressions.map(|each| (alpha, each)))
+        {
             let scene = format!(
                 r#"{{"camera":{{"resolution":[300,200],"fov":60}},"image":{{"exposure":0,"alpha":{alpha}}},"objects":[
                 {{"type":"sphere","position":[0,0,-3],"radius":1,"color":"red"}}]}}"#
@@ -204,7 +218,7 @@ mod tests {
             let tracer = Tracer::new(scene.world.clone(), Level::best()).unwrap();
             let developer = Developer::new(0.0, ToneCurve::Clip, BitDepth::Sixteen);
             let (mut sink, monitor) = (Pieces::default(), Monitor::default());
-            let stats = scene.write_png(&tracer, &developer, &[], &mut sink, &monitor).unwrap();
+            let stats = scene.write_png(&tracer, &developer, &[], compression, &mut sink, &monitor).unwrap();
             assert!(sink.count > 2, "{} pieces", sink.count);
             assert!(stats.rays >= 300 * 200);
             assert!(
@@ -212,7 +226,7 @@ mod tests {
                 "{stats:?}"
             );
             let (levels, _) = tracer.levels(scene.window(), &developer, alpha, &monitor).unwrap();
-            assert_eq!(sink.file, scene.png_of(&levels, BitDepth::Sixteen, &[]).unwrap());
+            assert_eq!(sink.file, scene.png_of(&levels, BitDepth::Sixteen, &[], compression).unwrap());
         }
     }
 }

@@ -12,7 +12,7 @@ use rtcli_tracer::develop::{BitDepth, Developer, ToneCurve};
 use rtcli_tracer::memory::{Growing, filled, spare};
 use rtcli_tracer::meter::MeterReading;
 use rtcli_tracer::names::UnknownName;
-use rtcli_tracer::png::{Color, Header, PngWriter};
+use rtcli_tracer::png::{Color, Compression, Header, PngWriter};
 
 use crate::columns::{copied, items};
 use crate::errors::{io_error, out_of_memory};
@@ -64,6 +64,16 @@ pub fn bit_depth(bits: u8) -> PyResult<BitDepth> {
         16 => Ok(BitDepth::Sixteen),
         _ => Err(PyValueError::new_err(format!("bits must be 8 or 16, got {bits}"))),
     }
+}
+
+/// Return the compression of a name.
+///
+/// # Errors
+///
+/// `ValueError` for another name than `fast` or `small`.
+pub fn compression(name: &str) -> PyResult<Compression> {
+    let unknown = |UnknownName| PyValueError::new_err(format!("compress must be 'fast' or 'small', got {name:?}"));
+    name.parse().map_err(unknown)
 }
 
 /// Return the tangent of half an angle in degrees, the same on every machine.
@@ -124,13 +134,20 @@ pub struct PngEncoder {
 #[pymethods]
 impl PngEncoder {
     #[new]
-    #[pyo3(signature = (width, height, transform, texts, /))]
-    fn new(width: u32, height: u32, transform: PyDisplay<'_>, texts: Vec<(String, String)>) -> PyResult<Self> {
+    #[pyo3(signature = (width, height, transform, texts, compress="fast", /))]
+    fn new(
+        width: u32,
+        height: u32,
+        transform: PyDisplay<'_>,
+        texts: Vec<(String, String)>,
+        compress: &str,
+    ) -> PyResult<Self> {
         has_pixels(width, height)?;
+        let compression = compression(compress)?;
         let developer = developer(transform)?;
         let header = Header { width, height, color: Color::Srgb, bits: developer.bits(), texts: &texts };
         Ok(PngEncoder {
-            writer: Some(PngWriter::new(Growing::default(), header).map_err(io_error)?),
+            writer: Some(PngWriter::new(Growing::default(), header, compression).map_err(io_error)?),
             developer,
             width: width as usize,
             rows_left: height as usize,

@@ -9,7 +9,7 @@ use pyo3::types::{IntoPyDict, PyDict};
 use rtcli_plain::{FileError, Picture, PictureFile};
 use rtcli_tracer::Stopped;
 
-use crate::display::{bit_depth, developer_of};
+use crate::display::{bit_depth, compression, developer_of};
 use crate::errors::{io_error, stopped};
 use crate::interruptible::Listener;
 use crate::scene_file::{PyEdit, borrowed, format_of};
@@ -20,13 +20,14 @@ type PyPictureFile<'py> = (String, String, u64, (u32, u32), Bound<'py, PyDict>);
 
 /// Render a scene file with some changes to a PNG with one thread; return None if it is not plainly valid.
 #[pyfunction]
-#[pyo3(signature = (scene, format, edits, bits, paths, /))]
+#[pyo3(signature = (scene, format, edits, bits, compress, paths, /))]
 pub fn write_picture<'py>(
     py: Python<'py>,
     scene: &[u8],
     format: &str,
     edits: Vec<PyEdit>,
     bits: u8,
+    compress: &str,
     paths: (PathBuf, PathBuf),
 ) -> PyResult<Option<PyPictureFile<'py>>> {
     let (target, temporary) = &paths;
@@ -35,6 +36,7 @@ pub fn write_picture<'py>(
         format: format_of(format)?,
         edits: &borrowed(&edits),
         bits: bit_depth(bits)?,
+        compression: compression(compress)?,
         target,
         temporary,
         software: concat!("rtcli ", env!("CARGO_PKG_VERSION")),

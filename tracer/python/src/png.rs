@@ -14,7 +14,7 @@ use rtcli_tracer::rle::{self, PixelBox};
 
 use crate::arrays::pass;
 use crate::columns::items;
-use crate::display::{bit_depth, has_pixels};
+use crate::display::{bit_depth, compression, has_pixels};
 use crate::errors::out_of_memory;
 use crate::interruptible::bytes_of;
 
@@ -24,7 +24,7 @@ const MOST_BYTES: usize = 6 << 30;
 /// Encode 8-bit values, or 16-bit values in native byte order, as a PNG: 1 or 3 channels that are no colors, or sRGB
 /// with alpha in 4.
 #[pyfunction]
-#[pyo3(signature = (pixels, size, channels, bits, texts, /))]
+#[pyo3(signature = (pixels, size, channels, bits, texts, compress="fast", /))]
 pub fn encode_png<'py>(
     py: Python<'py>,
     pixels: &[u8],
@@ -32,13 +32,15 @@ pub fn encode_png<'py>(
     channels: u8,
     bits: u8,
     texts: Vec<(String, String)>,
+    compress: &str,
 ) -> PyResult<Bound<'py, PyBytes>> {
     let (width, height) = size;
     has_pixels(width, height)?;
     let header = Header { width, height, color: color(channels)?, bits: bit_depth(bits)?, texts: &texts };
+    let compression = compression(compress)?;
     let file = py.detach(|| {
         spare()?;
-        png::encode(header, &swapped(pixels, header.bits)?)
+        png::encode(header, &swapped(pixels, header.bits)?, compression)
     });
     bytes_of(py, &file.map_err(|error| of_a_picture(error.kind(), &error))?)
 }

@@ -15,7 +15,7 @@ use rtcli_tracer::names::UnknownName;
 use rtcli_tracer::world::{Objects, Vector, World};
 
 use crate::arrays::PyFilm;
-use crate::display::{PyDisplay, developer, has_pixels};
+use crate::display::{PyDisplay, compression, developer, has_pixels};
 use crate::interruptible::Listener;
 use crate::world::{self, PyCamera, PyCheckers, PyLights, PyObjects, PySettings, PyWindow};
 
@@ -169,21 +169,22 @@ impl Tracer {
 
     /// Render a window to a PNG, passed to `write` in pieces; return the number of rays, and the seconds that
     /// all threads spent tracing, developing and encoding.
-    #[pyo3(signature = (window, transform, texts, write, progress, /))]
+    #[pyo3(signature = (window, transform, texts_and_compress, write, progress, /))]
     fn picture<'py>(
         &self,
         py: Python<'py>,
         window: PyWindow,
         transform: PyDisplay<'py>,
-        texts: Vec<(String, String)>,
+        texts_and_compress: (Vec<(String, String)>, String),
         write: Bound<'py, PyAny>,
         progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<(u64, f64, f64, f64)> {
         let window = world::window(window, self.size)?;
-        let developer = developer(transform)?;
+        let (texts, compress) = texts_and_compress;
+        let (developer, compression) = (developer(transform)?, compression(&compress)?);
         let listener = Listener::new(window.pixels() as u64, progress, Some(write));
         let work = |monitor: &Monitor, sink: &mut (dyn Write + Send)| {
-            self.core.write_png(window, &developer, &texts, sink, monitor)
+            self.core.write_png(window, &developer, &texts, compression, sink, monitor)
         };
         let stats = listener.run_interruptibly(py, self.threads, work)?;
         let [trace, develop, write] = [stats.trace, stats.develop, stats.write].map(|time| time.as_secs_f64());

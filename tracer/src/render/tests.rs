@@ -3,6 +3,7 @@ use crate::WorkBudget;
 use crate::oracle::any_world;
 use crate::output::develop::{BitDepth, ToneCurve};
 use crate::output::film::{Pass, Values};
+use crate::output::png::Compression;
 use crate::world::{
     Camera, CuboidDesc, LightDesc, LightSource, Object, PlaneDesc, Projection, ShapeDesc, SphereDesc,
 };
@@ -90,7 +91,7 @@ fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
 fn written(tracer: &Tracer, window: Window, bits: BitDepth) -> Vec<u8> {
     let mut file = Vec::new();
     let developer = Developer::new(0.0, ToneCurve::Clip, bits);
-    tracer.write_png(window, &developer, &[], &mut file, &Monitor::default()).unwrap();
+    tracer.write_png(window, &developer, &[], Compression::Fast, &mut file, &Monitor::default()).unwrap();
     file
 }
 
@@ -441,7 +442,9 @@ fn in_the_end_all_pixels_are_done_and_never_more() {
         last = done;
     };
     let developer = Developer::new(0.0, ToneCurve::Clip, BitDepth::Eight);
-    best(&scene).write_png(window, &developer, &[], Watcher { look: &mut look }, &monitor).unwrap();
+    best(&scene)
+        .write_png(window, &developer, &[], Compression::Fast, Watcher { look: &mut look }, &monitor)
+        .unwrap();
     assert_eq!(monitor.done(), 210_000);
     let monitor = Monitor::default();
     let mut radiance = vec![0.0; 630_000];
@@ -456,7 +459,7 @@ fn what_is_cancelled_before_it_begins_is_not_done() {
     let monitor = Monitor::default();
     monitor.cancel();
     let developer = Developer::new(0.0, ToneCurve::Clip, BitDepth::Eight);
-    let result = best(&scene).write_png(whole(&scene), &developer, &[], io::sink(), &monitor);
+    let result = best(&scene).write_png(whole(&scene), &developer, &[], Compression::Fast, io::sink(), &monitor);
     assert!(matches!(result, Err(Stopped::Cancelled)));
     let small = Window { x: 0, y: 0, width: 50, height: 50 };
     let mut radiance = vec![0.0; 7500];
@@ -473,7 +476,8 @@ fn what_is_cancelled_while_it_is_done_ends_soon() {
     let monitor = Monitor::default();
     let developer = Developer::new(0.0, ToneCurve::Clip, BitDepth::Eight);
     std::thread::scope(|threads| {
-        let work = threads.spawn(|| tracer.write_png(whole(&scene), &developer, &[], io::sink(), &monitor));
+        let work = threads
+            .spawn(|| tracer.write_png(whole(&scene), &developer, &[], Compression::Fast, io::sink(), &monitor));
         while monitor.done() == 0 {
             std::thread::yield_now();
         }
@@ -499,7 +503,8 @@ fn a_sink_that_fails_is_an_error() {
     }
     let scene = world(100, 100, vec![], vec![]);
     let developer = Developer::new(0.0, ToneCurve::Clip, BitDepth::Eight);
-    let result = best(&scene).write_png(whole(&scene), &developer, &[], Full, &Monitor::default());
+    let result =
+        best(&scene).write_png(whole(&scene), &developer, &[], Compression::Fast, Full, &Monitor::default());
     let Err(Stopped::Io(error)) = result else { panic!("{result:?}") };
     assert_eq!(error.kind(), io::ErrorKind::StorageFull);
 }
