@@ -98,10 +98,11 @@ def bytes_of_file(task: _Raw) -> int:
 
 
 class _Made(NamedTuple):
-    """The values of the first tasks of a group, and the seconds that a task took."""
+    """The values of the first tasks of a group, the seconds that a task took, and whether the next one failed."""
 
     values: list[Any]
     seconds: float
+    failed: bool
 
 
 def results(
@@ -144,7 +145,9 @@ def results(
                 continue
             made = future.result()
             yield from map(Result, group, made.values)
-            queue.put_back(group[len(made.values) :])
+            rest = group[len(made.values) :]
+            failed += rest[: made.failed]
+            queue.put_back(rest[made.failed :])
             queue.learn(made.seconds)
         yield from (_retry(workers, function, task) for task in failed)
 
@@ -198,19 +201,19 @@ def _fill_slots(
 
 
 def _make(work: tuple[Callable[[_T], _R], Sequence[_T]]) -> _Made:
-    """Call a function with tasks, in a worker, until they have taken long or one fails; the first may raise."""
+    """Call a function with tasks, in a worker, until they have taken long or one fails; a single one may raise."""
     function, tasks = work
-    values, start = list[_R](), time.perf_counter()
+    values, start, failed = list[_R](), time.perf_counter(), False
     for task in tasks:
         try:
             values.append(function(task))
         except Exception:
-            if not values:
+            if len(tasks) == 1:
                 raise
+            failed = True
+        if failed or time.perf_counter() - start > _MOST_SECONDS:
             break
-        if time.perf_counter() - start > _MOST_SECONDS:
-            break
-    return _Made(values, (time.perf_counter() - start) / len(values))
+    return _Made(values, (time.perf_counter() - start) / (len(values) + failed), failed)
 
 
 def _wait(workers: Workers, pending: dict[Future[_Made], list[_T]], is_broken: bool) -> list[Future[_Made]]:

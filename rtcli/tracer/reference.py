@@ -5,7 +5,7 @@ other tracers, so it prefers the clearest formula that is also accurate. Vectors
 of float64, one column per ray. No step depends on how many rays are traced together (matrix products would, by
 their rounding), so a crop is bit for bit the sub-picture.
 
-All rays traced together pass through one point, the eye or a light, or are parallel and start around one:
+Rays traced together pass through one point, the eye or a light, or start around one, as those to a sun do:
 `Ray.offset`. Objects are taken relative to that point before anything else, which keeps scenes far from the origin
 as accurate as those around it. Only the rays from several places of a light pass through one point each.
 """
@@ -56,8 +56,9 @@ COINCIDENT = 2.0**-41
 # Surfaces that a ray meets within this share of the distance from each other may coincide: they are compared.
 CLOSE = 1e-6
 
-# A light farther than this multiple of an object's reach is distant.
-DISTANT_LIGHT = 2.0**8
+# A light is far if it is at this multiple of the distance from a point to the far end of an object, or to a plane:
+# rays from there would lose more of where they meet the object than what counts as on its surface.
+FAR_LIGHT = 2.0**8
 
 # The direction of a ray that has less than this across an axis counts as parallel to it.
 PARALLEL_TO_AXIS = 1e-13
@@ -81,7 +82,6 @@ MOST_PATHS = 1 << 12
 LARGEST = float(np.finfo(np.float32).max)
 
 NOTHING = -1
-UNKNOWN_SIDE = 2
 
 # The position in a pixel where ground truth is taken.
 CENTRE = (0.5, 0.5)
@@ -329,7 +329,7 @@ class LightSource(ABC):
         """Return the side of an object that each place is on, as `Object.side` does: (P,)."""
 
     @abstractmethod
-    def crossing(self, shape: Object, way: PathToLight, within: tuple[Array, float]) -> tuple[Array, Array]:
+    def crossing(self, shape: Object, way: PathToLight) -> tuple[Array, Array]:
         """Return where paths from points to the source cross an object last: (N,) each.
 
         Parameters
@@ -338,8 +338,6 @@ class LightSource(ABC):
             The object.
         way
             The paths.
-        within
-            A point (3, 1) near the others, and the largest distance of the others from it.
 
         Returns
         -------
@@ -391,20 +389,22 @@ class PointLight(LightSource):
         """Return the side of an object that each position is on: (P,)."""
         return shape.side(self.position)
 
-    def crossing(self, shape: Object, way: PathToLight, within: tuple[Array, float]) -> tuple[Array, Array]:
+    def crossing(self, shape: Object, way: PathToLight) -> tuple[Array, Array]:
         """Meet the object with rays from the light, so that they pass through one point as primary rays do.
 
-        From a distant light float64 would lose the object: then they are rays from the points, as to a sun.
+        From a light that is far away float64 would lose the object: then they are rays from the points.
         """
         light = self.position if self.count == 1 else self.position[:, way.place]
-        distant = shape.sees_as_distant(light, *within)
-        if not distant.any():
-            t = shape.intersection_parameter(Ray(light, -way.wi))
-            return t, way.distance - t
-        ahead = shape.exit_parameter(way)
-        if not distant.all():
-            ahead = np.where(distant, ahead, way.distance - shape.intersection_parameter(Ray(light, -way.wi)))
-        return way.distance - ahead, ahead
+        reach, far = shape.reach(light), np.zeros(way.distance.shape, dtype=bool)
+        if (reach > FAR_LIGHT * shape.size).any():
+            far = reach > FAR_LIGHT * shape.reach(way.eye + way.sight)
+        if far.all():
+            ahead = shape.exit_parameter(way)
+            return way.distance - ahead, ahead
+        t = shape.intersection_parameter(Ray(light, -way.wi))
+        if far.any():
+            t = np.where(far, way.distance - shape.exit_parameter(way), t)
+        return t, way.distance - t
 
 
 class SunLight(LightSource):
@@ -455,7 +455,7 @@ class SunLight(LightSource):
         """Return the side of an object that the light comes from: (P,)."""
         return shape.side_toward(self.toward)
 
-    def crossing(self, shape: Object, way: PathToLight, within: tuple[Array, float]) -> tuple[Array, Array]:
+    def crossing(self, shape: Object, way: PathToLight) -> tuple[Array, Array]:
         """Meet the object with rays from the points: they are parallel, and start nowhere else."""
         ahead = shape.exit_parameter(way)
         return ahead, ahead
@@ -469,11 +469,13 @@ _Result = TypeVar("_Result")
 
 
 def remembered(method: Callable[[_Of, Array], _Result]) -> Callable[[_Of, Array], _Result]:
-    """Return a method that remembers its result for the last points: the eye is asked about again and again."""
+    """Return a method that remembers its result for the last point, (3, 1): an eye is asked about often."""
     name = f"_last_{method.__qualname__}"
 
     @wraps(method)
     def result(shape: _Of, point: Array) -> _Result:
+        if point.shape[1] != 1:
+            return method(shape, point)
         known = shape.__dict__.get(name)
         if known is None or known[0] is not point:
             known = shape.__dict__[name] = point, method(shape, point)
@@ -602,14 +604,10 @@ class Object(ABC):
         """Return how far the object goes from its position along unit vectors (3, N), or more: (N,) or ()."""
         return np.asarray(np.inf)
 
-    def reach(self, point: Array) -> float:
-        """Return the distance from a point (3, 1) to the far end of the object, or more."""
-        return float(np.abs(point - self.position).sum()) + self.size
-
-    def sees_as_distant(self, light: Array, point: Array, spread: float) -> Mask:
-        """Return whether positions (3, K) of a light are far from the object and what is near `point`: (K,)."""
-        distant: Mask = length(light - point) > DISTANT_LIGHT * (spread + self.reach(point))
-        return distant
+    def reach(self, point: Array) -> Array:
+        """Return the distances from points (3, N) to the far end of the object, or more: (N,)."""
+        reach: Array = np.abs(point - self.position).sum(axis=0) + self.size
+        return reach
 
     def touched_by(self, way: PathToLight, ahead: Array, slack: Array) -> Mask:
         """Return which shadow rays, met so far ahead of their points, only touch the surface there: (N,).
@@ -841,9 +839,9 @@ class Plane(Object):
         along = (direction == self.direction).all(axis=0) | (direction == -self.direction).all(axis=0)
         return np.where(along, 0.0, np.inf)
 
-    def reach(self, point: Array) -> float:
-        """Return the distance from a point (3, 1) to the plane."""
-        return abs(float(self._distance(point)[0]))
+    def reach(self, point: Array) -> Array:
+        """Return the distances from points (3, N) to the plane: (N,)."""
+        return np.abs(self._distance(point))
 
     @remembered
     def rounding(self, point: Array) -> Array:
@@ -1185,7 +1183,7 @@ class Frustum(Object):
         return np.where((away == 0) & ~on_disc, -ray.direction, normal)
 
     def exit_parameter(self, way: PathToLight) -> Array:
-        """Return where parallel rays from the points leave the frustum, if they meet it."""
+        """Return where rays from the points leave the frustum, if they meet it."""
         enter, leave = self.span(Ray(way.eye, way.wi, way.sight))
         return np.where(enter <= leave, leave, -np.inf)
 
@@ -1319,7 +1317,7 @@ class Capsule(Object):
         return np.where(self.side(ray.offset) > 0, 1, -1) * outward / length(outward)
 
     def exit_parameter(self, way: PathToLight) -> Array:
-        """Return where parallel rays from the points leave the capsule, if they meet it."""
+        """Return where rays from the points leave the capsule, if they meet it."""
         enter, leave = self.span(Ray(way.eye, way.wi, way.sight))
         return np.where(enter <= leave, leave, -np.inf)
 
@@ -1432,11 +1430,6 @@ class PathToLight:
     distance: Array
     wi: Array
     cosine: Array
-
-    def extent(self) -> tuple[Array, float]:
-        """Return the point nearest to the eye, (3, 1), and the largest distance of the others from it."""
-        nearest, spread = _extent(self.sight)
-        return self.eye + nearest, spread
 
     def take(self, paths: Indices | slice) -> PathToLight:
         """Return some of the paths."""
@@ -1553,7 +1546,7 @@ class ShadowTest:
 
 
 def sums_over_places(tests: Iterable[ShadowTest], count: int) -> tuple[Array, Array, int]:
-    """Return the sums of g and of g v over places, (count,), and the number of shadow rays (section 2.3.5)."""
+    """Return the sums of g and of g v over places at N = `count` points, and the number of shadow rays (2.3.5)."""
     unhidden, reached, traced = np.zeros(count), np.zeros(count), 0
     for test in tests:
         lit, weight = test.lit(), test.weight()
@@ -1611,7 +1604,7 @@ class Scenery:
         self.light_sources = light_sources
         self.settings = settings
         self._abandoned = Event()
-        self._sides: dict[Any, npt.NDArray[np.int8]] = {}
+        self._sides: dict[Any, dict[int, Sides]] = {}
         self._pattern = np.array(emitter_places(settings.shadow_samples)).T
         self._places: dict[tuple[LightSource, int], list[LightSource]] = {}
         self.shining = np.array([shape.source_object is not None for shape in objects], dtype=bool)
@@ -1772,12 +1765,16 @@ class Scenery:
         x = (C - o) . a, ::
 
             |C - o - max(x, 0) a| > R + e + s max(x + R, 0)
+
+        There is such a tube if all rays are within 90 degrees of the axis.
         """
         if not ray.direction.size:
             return np.zeros(len(self.objects), dtype=bool)
         axis = unit(ray.direction.mean(axis=1, keepdims=True))
         cosine = dot(ray.direction, axis)
-        slope = (length(ray.direction - cosine * axis) / np.maximum(cosine, NO_SQUARE)).max()
+        if not (cosine > APART).all():
+            return np.ones(len(self.objects), dtype=bool)
+        slope = (length(ray.direction - cosine * axis) / cosine).max()
         extent = 0.0 if ray.beside is None else float(length(ray.beside).max())
         to_objects = self._positions - ray.offset
         along = dot(to_objects, axis)
@@ -1851,10 +1848,11 @@ class Scenery:
         irradiance[:, above] = irradiance_of(source, way, above)[:, above] * (reached[above] / unhidden[above])
         return np.nan_to_num(irradiance)
 
-    def _places_of(self, source: LightSource, count: int) -> list[LightSource]:
-        """Return the places of a source, up to `count` together, computed once; itself without a size."""
+    def _places_of(self, source: LightSource, most: int) -> list[LightSource]:
+        """Return the places of a source, up to `most` of them together, computed once; itself without a size."""
         if source.size == 0:
             return [source]
+        count = 1 << (min(most, self._pattern.shape[1]).bit_length() - 1)  # few kinds of groups are kept
         if (source, count) not in self._places:
             starts = range(0, self._pattern.shape[1], count)
             places = [source.places(self._pattern[:, start : start + count]) for start in starts]
@@ -1894,7 +1892,7 @@ class Scenery:
         It can if both are on the same side of the surface; `seen` is that of the eye. From the surface of a solid
         the eye sees its inside, and a light there shines to both sides; a light on a plane does not light it.
         """
-        light = self._sides_by(source, source.side_of, hit.index, source.count)
+        light = self._sides_by(source, source.side_of, hit.index)
         same: Mask = (seen == light) | (self.solid[hit.index] & ((light == 0) | ((seen == 0) & (light < 0))))
         return np.reshape(same, -1)
 
@@ -1909,14 +1907,16 @@ class Scenery:
             sides[rays] = self.objects[i].seen_side(ray.take(rays), hit.take(rays))
         return sides
 
-    def _sides_by(self, apex: Any, side_of: Callable[[Object], Sides], index: Indices, count: int = 1) -> Sides:
+    def _sides_by(self, apex: Any, side_of: Callable[[Object], Sides], index: Indices) -> Sides:
         """Return the sides of objects (N,) on which P eyes or lights are, computed once for each: (P, N)."""
-        if apex not in self._sides:
-            self._sides[apex] = np.full((count, len(self.objects)), UNKNOWN_SIDE, dtype=np.int8)
-        sides = self._sides[apex]
-        for i in np.unique(index[sides[0, index] == UNKNOWN_SIDE]):
-            sides[:, i] = side_of(self.objects[i])
-        return sides[:, index]
+        if not index.size:
+            return np.zeros((1, 0), dtype=np.int8)
+        known = self._sides.setdefault(apex, {})
+        objects, hits = np.unique(index, return_inverse=True)
+        for i in objects.tolist():
+            if i not in known:
+                known[i] = side_of(self.objects[i])
+        return np.stack([known[i] for i in objects.tolist()], axis=1)[:, hits]
 
     def near_paths(self, sources: Sequence[LightSource], ray: Ray, hit: Hit) -> Mask:
         """Return which objects the paths from hits to each place of lights may meet: (places, objects).
@@ -1963,7 +1963,6 @@ class Scenery:
         Neither the object that the point lies on nor the one that carries the light counts. The others are those
         in `near` (places, objects).
         """
-        within = way.extent()
         for i in np.flatnonzero(near.any(axis=0)).tolist() if receiver.size else ():
             shape = self.objects[i]
             if self._abandoned.is_set():
@@ -1971,7 +1970,7 @@ class Scenery:
             if shape.source_object is not source.whole:
                 paths = slice(None) if near[:, i].all() else np.flatnonzero(near[way.place, i])
                 t, ahead = np.full((2, len(receiver)), [[np.inf], [-np.inf]])
-                t[paths], ahead[paths] = source.crossing(shape, way.take(paths), within)
+                t[paths], ahead[paths] = source.crossing(shape, way.take(paths))
                 between = (ahead > 0) & (receiver != i)
                 close = np.flatnonzero(between & (ahead < way.distance * NEAR_THE_END))
                 if close.size:

@@ -1,6 +1,7 @@
 """Properties of the reference engine alone; `test_pictures.py` and `test_properties.py` test both engines."""
 
 import itertools
+import math
 from unittest import mock
 
 import numpy as np
@@ -92,6 +93,18 @@ def test_only_objects_near_the_rays_are_asked(name, expected, projection):
     with np.errstate(all="ignore"):
         near = scenery.near_rays(scenery.camera.generate_primary_rays(Window(0, 0, 8, 8)))
     assert near[[item["name"] for item in objects].index(name)] == expected
+
+
+@pytest.mark.parametrize("angle", [45, 60, 70])
+@pytest.mark.parametrize(
+    "lens", [{"fov_x": 160}, {"fov_x": 170}, {"intrinsics": [[15, 0, 100], [0, 15, 2], [0, 0, 1]]}]
+)
+def test_nothing_is_left_out_of_a_wide_view(lens, angle):
+    way = [5 * math.sin(math.radians(angle)), 0, -5 * math.cos(math.radians(angle))]
+    data = scene([sphere(way, 0.4)], [], camera={"resolution": [190, 4], **lens})
+    ids = render(data, passes=("object_id",), engine="reference").object_id
+    np.testing.assert_array_equal(ids, render(data, passes=("object_id",), engine="native").object_id)
+    assert ids.any()
 
 
 @pytest.mark.parametrize(
