@@ -49,7 +49,7 @@ class BatchSettings:
     depth_scale
         The length of one level of a depth or distance as PNG; None to fit it to the values.
     compress
-        What PNGs cost, one of `rtcli.image.display.COMPRESSIONS`.
+        The compression of PNGs, one of `rtcli.image.display.COMPRESSIONS`.
     """
 
     suffix: str = ".png"

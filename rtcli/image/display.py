@@ -39,7 +39,7 @@ class Encoding(NamedTuple):
         The length of one level of a depth or distance stored as PNG, in units of the scene; None to fit it to the
         values.
     compress
-        What PNGs cost, one of `COMPRESSIONS`.
+        The compression of PNGs, one of `COMPRESSIONS`.
     """
 
     bits: int = 8

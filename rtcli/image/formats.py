@@ -94,11 +94,11 @@ def _check_compress(compress: str, name: str, arrays: tuple[str, ...]) -> None:
     """Raise ValueError unless the file of the picture, or of a pass beside it, can be compressed like that."""
     if compress not in COMPRESSIONS:
         raise ValueError(f"compress must be {' or '.join(map(repr, COMPRESSIONS))}, got {compress!r}")
-    format = format_of(name)
-    has_files_beside = not format.holds_all and set(arrays) - {ALPHA}
-    suffixes = (PurePath(name).suffix.lower(), *([format.pass_suffix] if has_files_beside else []))
-    if not any(compress in FORMATS[suffix].compressions for suffix in suffixes):
-        raise ValueError(f"only .png files can be {compress!r}, not {name!r}: compress it 'fast', or name a .png")
+    formats = [format_of(name)]
+    if not formats[0].holds_all and set(arrays) - {ALPHA}:
+        formats.append(FORMATS[formats[0].pass_suffix])
+    if not any(compress in format.compressions for format in formats):
+        raise ValueError(f"only .png files can be {compress!r}, not {name!r}: use 'fast', or write a .png")
 
 
 def _check_depth_scale(scale: float, name: str, arrays: tuple[str, ...]) -> None:

@@ -53,7 +53,7 @@ def pass_values(name: str, levels: npt.NDArray[Any], decode: Mapping[str, Any]) 
     KeyError
         If there is no such pass or formula, or a number is missing.
     """
-    encoding = _ENCODINGS[SPECS[name].quantity]
+    encoding = _DECODERS[SPECS[name].quantity]
     if encoding.values is None:
         return levels
     values, nothing = _DECODERS[decode["value"]](levels, decode), decode.get("nothing")
@@ -65,7 +65,7 @@ def pass_values(name: str, levels: npt.NDArray[Any], decode: Mapping[str, Any]) 
 # --- Encodings -------------------------------------------------------------------------------------------
 
 
-class _Encoding(NamedTuple):
+class _Decoder(NamedTuple):
     """How to get values from levels, which `tracer/src/output/pass_picture.rs` makes and names the formulas of.
 
     Parameters
@@ -81,20 +81,20 @@ class _Encoding(NamedTuple):
 
 
 # By `PassSpec.quantity`.
-_ENCODINGS = {
-    "length": _Encoding(lambda levels, decode: levels * np.float64(decode["scale"]), np.inf),
-    "direction": _Encoding(lambda levels, _: levels / 127.5 - 1),
-    "position": _Encoding(
+_DECODERS = {
+    "length": _Decoder(lambda levels, decode: levels * np.float64(decode["scale"]), np.inf),
+    "direction": _Decoder(lambda levels, _: levels / 127.5 - 1),
+    "position": _Decoder(
         lambda levels, decode: np.array(decode["low"], float) + np.array(decode["scale"]) * levels
     ),
-    "share": _Encoding(lambda levels, _: levels / 65_535),
-    _ID: _Encoding(None),
+    "share": _Decoder(lambda levels, _: levels / 65_535),
+    _ID: _Decoder(None),
 }
 
 # Files say which formula to use.
 _DECODERS = {
     _native.LEVEL_FORMULAS[quantity]: each.values
-    for quantity, each in _ENCODINGS.items()
+    for quantity, each in _DECODERS.items()
     if each.values is not None
 }
 

@@ -53,7 +53,7 @@ class FilmRecord(NamedTuple):
     depth_scale
         The length of one level of a depth or distance stored as PNG; None to fit it to the values.
     compress
-        What a PNG costs, one of `COMPRESSIONS`.
+        The compression of a PNG, one of `COMPRESSIONS`.
     """
 
     arrays: Arrays
@@ -313,7 +313,7 @@ class Format(NamedTuple):
     depths
         The possible bits of a channel.
     compressions
-        The possible costs of a file.
+        The possible compressions.
     is_streamed
         Whether it is written band by band while it is traced.
     extra

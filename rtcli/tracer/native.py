@@ -78,7 +78,7 @@ class NativeTracer:
     ) -> tuple[int, dict[str, float]]:
         """Write a PNG piece by piece; return the number of rays, and the seconds of all threads in each stage.
 
-        `texts` are the keywords and values to store in the file, and it costs little time or, `small`, few bytes.
+        `texts` are the keywords and values to store in the file, `compress` its compression, `fast` or `small`.
         """
         rays, trace, develop, encode = self._tracer.picture(window, transform, (texts, compress), write, progress)
         return rays, {"trace": trace, "develop": develop, "write": encode}

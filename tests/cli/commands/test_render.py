@@ -664,7 +664,7 @@ def test_closing_line_names_all_files(run, scene):
         (["-o", "out.tif", "--bits", "16"], "only .png files support 16 bits per channel"),
         (
             ["-o", "out.jpg", *SMALL],
-            "only .png files can be 'small', not 'out.jpg': compress it 'fast', or name a .png",
+            "only .png files can be 'small', not 'out.jpg': use 'fast', or write a .png",
         ),
         (["-o", "out.npz", "--passes", "depth", *SMALL], "only .png files can be 'small', not 'out.npz'"),
         (["-o", "out.npy", "--passes", "depth", *SMALL], "only .png files can be 'small', not 'out.npy'"),

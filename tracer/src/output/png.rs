@@ -26,12 +26,12 @@
 //! So Paeth it is for [`Compression::Fast`]: nearly the smallest file that fdeflate makes, in a little more time than
 //! the quickest; larger IDAT chunks gain nothing.
 //!
-//! The tables are those of the crate `png`. Its files are written here bit for bit, in 0.66 to 0.76 of its time for rows:
-//! segments of rows are filtered with the widest vectors, encoded by several threads, and joined at bits.
+//! The tables are those of the crate `png`. Its files are written here bit for bit, in 0.66 to 0.76 of its time for
+//! rows: segments of rows are filtered with the widest vectors, encoded by several threads, and joined at bits.
 //!
-//! [`Compression::Small`] takes a filter for each segment of 256 KiB, by trial: a rendered picture of 8 bits has long runs
-//! and repeated patterns, which a filter for each row destroys. Times are multiples of `Fast`, both measured in turn on a
-//! machine in use; KB of the file; the mean share is that of the 17 scenes in bytes of `Fast`.
+//! [`Compression::Small`] takes a filter for each segment of 256 KiB, by trial: a rendered picture of 8 bits has long
+//! runs and repeated patterns, which a filter for each row destroys. Times are multiples of those of `Fast`, measured in
+//! turn; KB of the file; the mean share is that of the 17 scenes in bytes of `Fast`.
 //!
 //! | small, 8 bits, zlib level 6    | first     | still-life | city      | mean share |
 //! |--------------------------------|-----------|------------|-----------|------------|
@@ -116,7 +116,7 @@ impl Color {
     }
 }
 
-/// What a file costs. Its pixels are the same, and its bytes do not depend on the machine, or the number of threads.
+/// The compression of a file. Pixels are the same, and bytes depend neither on the machine nor on the number of threads.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Compression {
     /// Little time.
@@ -149,8 +149,8 @@ impl FromStr for Compression {
 
 /// Writes a picture of 8 or 16 bits a channel as a PNG.
 ///
-/// It buffers a row, rows of a few segments if their division matters, and a chunk of encoded data. An incomplete file has no IEND chunk, so that no reader takes it for
-/// a complete one.
+/// It buffers a row and a chunk of encoded data, and for small files four segments of rows for each thread. An incomplete
+/// file has no IEND chunk, so that no reader takes it for a complete one.
 pub struct PngWriter<W: Write> {
     sink: W,
     codec: Codec,
