@@ -53,19 +53,19 @@ def pass_values(name: str, levels: npt.NDArray[Any], decode: Mapping[str, Any]) 
     KeyError
         If there is no such pass or formula, or a number is missing.
     """
-    encoding = _DECODERS[SPECS[name].quantity]
-    if encoding.values is None:
+    stored = _LEVELS[SPECS[name].quantity]
+    if stored.values is None:
         return levels
     values, nothing = _DECODERS[decode["value"]](levels, decode), decode.get("nothing")
     if nothing is not None:
-        values[(levels == np.array(nothing)).all(axis=2)] = encoding.nothing
+        values[(levels == np.array(nothing)).all(axis=2)] = stored.nothing
     return values[..., 0] if levels.shape[2] == 1 else values
 
 
-# --- Encodings -------------------------------------------------------------------------------------------
+# --- Levels ----------------------------------------------------------------------------------------------
 
 
-class _Decoder(NamedTuple):
+class _Levels(NamedTuple):
     """How to get values from levels, which `tracer/src/output/pass_picture.rs` makes and names the formulas of.
 
     Parameters
@@ -81,21 +81,19 @@ class _Decoder(NamedTuple):
 
 
 # By `PassSpec.quantity`.
-_DECODERS = {
-    "length": _Decoder(lambda levels, decode: levels * np.float64(decode["scale"]), np.inf),
-    "direction": _Decoder(lambda levels, _: levels / 127.5 - 1),
-    "position": _Decoder(
+_LEVELS = {
+    "length": _Levels(lambda levels, decode: levels * np.float64(decode["scale"]), np.inf),
+    "direction": _Levels(lambda levels, _: levels / 127.5 - 1),
+    "position": _Levels(
         lambda levels, decode: np.array(decode["low"], float) + np.array(decode["scale"]) * levels
     ),
-    "share": _Decoder(lambda levels, _: levels / 65_535),
-    _ID: _Decoder(None),
+    "share": _Levels(lambda levels, _: levels / 65_535),
+    _ID: _Levels(None),
 }
 
 # Files say which formula to use.
 _DECODERS = {
-    _native.LEVEL_FORMULAS[quantity]: each.values
-    for quantity, each in _DECODERS.items()
-    if each.values is not None
+    _native.LEVEL_FORMULAS[quantity]: each.values for quantity, each in _LEVELS.items() if each.values is not None
 }
 
 

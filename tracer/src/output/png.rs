@@ -30,8 +30,8 @@
 //! rows: segments of rows are filtered with the widest vectors, encoded by several threads, and joined at bits.
 //!
 //! [`Compression::Small`] takes a filter for each segment of 256 KiB, by trial: a rendered picture of 8 bits has long
-//! runs and repeated patterns, which a filter for each row destroys. Times are multiples of those of `Fast`, measured in
-//! turn; KB of the file; the mean share is that of the 17 scenes in bytes of `Fast`.
+//! runs and repeated patterns, which a filter for each row destroys. Times are multiples of those of `Fast`, measured
+//! in turn; KB of the file; the mean share is that of the 17 scenes in bytes of `Fast`.
 //!
 //! | small, 8 bits, zlib level 6    | first     | still-life | city      | mean share |
 //! |--------------------------------|-----------|------------|-----------|------------|
@@ -116,7 +116,8 @@ impl Color {
     }
 }
 
-/// The compression of a file. Pixels are the same, and bytes depend neither on the machine nor on the number of threads.
+/// The compression of a file. Pixels are the same, and bytes depend neither on the machine nor on how many threads
+/// there are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Compression {
     /// Little time.
@@ -149,8 +150,8 @@ impl FromStr for Compression {
 
 /// Writes a picture of 8 or 16 bits a channel as a PNG.
 ///
-/// It buffers a row and a chunk of encoded data, and for small files four segments of rows for each thread. An incomplete
-/// file has no IEND chunk, so that no reader takes it for a complete one.
+/// It buffers a row and a chunk of encoded data, and for small files four segments of rows for each thread. An
+/// incomplete file has no IEND chunk, so that no reader takes it for a complete one.
 pub struct PngWriter<W: Write> {
     sink: W,
     codec: Codec,
