@@ -499,7 +499,8 @@ pub(crate) fn irradiance_left(occluder: &OracleShape, light: impl Into<Apex>, po
 }
 
 /// Check the irradiance that an occluder leaves of 1 at all points.
-pub(crate) fn assert_all_lit(occluder: &OracleShape, light: Vector, points: &Points, expected: f32) {
+pub(crate) fn assert_all_lit(occluder: &OracleShape, light: impl Into<Apex>, points: &Points, expected: f32) {
+    let light = light.into();
     let left = irradiance_left(occluder, light, points);
     assert!(left[..points.count].iter().all(|&left| left == expected), "{occluder:?} {light:?}");
 }

@@ -276,7 +276,11 @@ impl Frustum {
     ) -> Lines {
         let profile = &self.profile;
         let frame = self.frame(apex);
-        let (w, along) = self.components(&frame, middle);
+        let (mut w, along) = self.components(&frame, middle);
+        if apex.weight == 0.0 && apex.away == 0.0 {
+            // Along the axis exactly, as D has it: else the roots of A, B and C do not belong to it.
+            (w[0], w[1]) = (0.0, 0.0);
+        }
         let per = 1.0 / profile.radius;
         let [o_1, _, o_3] = scale(apex.origin, per);
         let root = apex.power.abs().sqrt() * per;

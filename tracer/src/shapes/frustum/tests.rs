@@ -233,3 +233,20 @@ fn bounds_are_the_smallest_sphere() {
     assert_eq!(radius, 2.0 - center);
     assert!(((2.0 + center).hypot(1.0) - radius).abs() < 1e-12);
 }
+
+/// The axis as a camera rounds it, turned by angles that leave it some rounding along all axes.
+#[test]
+fn a_huge_cylinder_hides_a_sun_along_its_axis() {
+    let mut points = Points::new();
+    points.count = 1;
+    for size in [1.0, 1e9, 1e15, 1e18] {
+        for turn in 1..100 {
+            let (sine, cosine) = (libm::sin(f64::from(turn)), libm::cos(f64::from(turn)));
+            let axis = normalized([sine, cosine, 0.3 * sine * cosine]);
+            let center = scale(axis, 4.0 * size);
+            let column = OracleShape::Frustum { center, axis, radii: [size; 2], half: size };
+            let toward = normalized(add(scale(axis, 7.0), scale(perpendicular(axis), 1e-15)));
+            assert_all_lit(&column, Apex::direction(toward), &points, 0.0);
+        }
+    }
+}
