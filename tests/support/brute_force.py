@@ -726,7 +726,7 @@ class BruteForce:
             weight = np.maximum(height, 0) / (1 if place.point is None else np.maximum(r, place.size) ** 3)
             is_open, known = self._unblocked(place, points, way)
             near = np.abs(height) <= 1e-5 * length(way) + points.blur
-            sure &= (known & ~near) | (height < -points.blur)
+            sure &= (known & ~near) | (height < -points.blur - ROUNDING * length(way))
             unhidden = unhidden + weight
             reached = reached + weight * is_open
         way, r, _ = lamp.ways_from(points.position)

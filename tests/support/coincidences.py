@@ -125,15 +125,32 @@ class _Draw:
 
     def add_something_far(self, lights: list[Data]) -> None:
         """Add a light or a body that is very far from everything else, and bright or large enough to be seen."""
-        away = self.unit * self.rng.choice((1e12, 1e20, 1e22, 1e25, 1e38, 1e45, 1e100))
+        away = self.unit * self.rng.choice((1e12, 1e20, 1e22, 1e25, 1e38, 1e45, 1e60, 1e100))
         position = [away * self.rng.choice((-1, 0, 1, 0.5)) for _ in range(3)]
         if not any(position):
             position[1] = away
-        if self.rng.random() < 0.5:
+        if self.rng.random() < 0.4:
             lights.append({"position": position, "intensity": 10 * away * away, "color": self.color()})
-        else:
-            size = away * self.rng.choice((0.01, 0.1))
-            self.objects.append({"type": "sphere", "position": position, "radius": size, "color": self.color()})
+            return
+        self.objects.append(self.far_body(position, away))
+        if self.rng.random() < 0.5:  # its shadow falls on everything
+            direction = [-x / away for x in position]
+            lights.append({"type": "sun", "direction": direction, "irradiance": 3, "color": self.color()})
+
+    def far_body(self, position: Vector, away: float) -> Data:
+        """Return a body at a distance that does not reach the rest of the scene."""
+        size = away * self.rng.choice((0.01, 0.1, 0.25))
+        kind = self.rng.choice(("sphere", "box", *ROUND))
+        body = {"type": kind, "position": position, "color": self.color()}
+        if kind == "box":
+            sides = [size * self.rng.choice((0.5, 1, 2)) for _ in range(3)]
+            return {**body, "size": sides, "rotation": self.rng.choice(ROTATIONS)}
+        body["radius"] = size
+        if kind in ROUND:
+            body.update(height=size * self.rng.choice((0.5, 1, 2)), axis=self.rng.choice(AXES))
+        if kind == "cone":
+            body["top_radius"] = size * self.rng.choice((0, 0.5, 1))
+        return body
 
     # --- Eye and lights ----------------------------------------------------------------------------------------
 
