@@ -11,7 +11,7 @@ import pytest
 import soak
 from brute_force import BruteForce
 from coincidences import coincident_scene, on
-from worlds import box, cone, cylinder, light, plane, scene, sphere
+from worlds import box, capsule, cone, cylinder, light, plane, scene, sphere, sun
 
 from rtcli import Scene
 
@@ -361,6 +361,43 @@ def test_light_very_far_away_lights_a_slope_down_to_the_planet_on_which_it_ends(
     slope = of_object(film, 2)
     assert 0.2 < slope.mean() < 0.8
     np.testing.assert_allclose(film.radiance[slope][:, 0], way @ normal, rtol=1e-4)
+
+
+def far_body(kind, position, size):
+    if kind == "sphere":
+        return sphere(position, size)
+    if kind == "box":
+        return box(position, [2 * size, size, 2 * size], rotation=30)
+    body = {"cylinder": cylinder, "capsule": capsule, "cone": cone}[kind]
+    return body(position, size, size, axis=[1, 2, 2])
+
+
+VIEWS = {"perspective": {**SMALL, "fov": 20}, "orthographic": {**SMALL_PARALLEL, "height": 3}}
+
+
+@pytest.mark.parametrize("kind", ["sphere", "box", "cylinder", "capsule", "cone"])
+@pytest.mark.parametrize("away", [1e6, 1e20, 1e45, 1e60, 1e100])
+@pytest.mark.parametrize("view", VIEWS.values(), ids=VIEWS)
+def test_body_very_far_away_shadows_everything_from_its_direction_only(render, kind, away, view):
+    # Below the floor is what makes most of the scene near.
+    near = [plane([0, 0, 0], [0, 1, 0]), *(sphere([x, -5, 0], 1) for x in (-3, 0, 3))]
+    camera = {**view, "position": [0, 9, 0], "look_at": [0, 0, 0], "up": [0, 0, -1]}
+    toward = np.array([0.36, 0.8, 0.48])
+    body = far_body(kind, list(away * toward), 0.05 * away)
+
+    def brightness(*lights):
+        film = render(scene([*near, body], lights, camera=camera))
+        return film.radiance.min(), film.radiance.max()
+
+    assert brightness(sun(list(-toward))) == (0, 0)
+    np.testing.assert_allclose(brightness(sun([0.36, -0.8, 0.48], math.pi)), 0.8, rtol=1e-5)
+    # A lamp beyond the body, in it, before it, and beside it; each as bright as a sun.
+    for distance in (10 * away, 1.3 * away, away, 0.7 * away, 0.1 * away):
+        at = {"position": list(distance * toward), "intensity": 4 * math.pi**2 * distance**2}
+        expected = 0.8 if distance < 0.9 * away else 0.0
+        np.testing.assert_allclose(brightness(light(**at)), expected, rtol=1e-4)
+        at["position"][0] *= -1
+        np.testing.assert_allclose(brightness(light(**at)), 0.8, rtol=1e-4)
 
 
 NEAR_THE_FLOOR = {"resolution": [48, 36], "fov": 50, "position": [0, 2, 6], "look_at": [0, 1, 0]}

@@ -14,7 +14,7 @@ pub(crate) const FAR_FROM_ROUNDING: f64 = 1e-12;
 const MAX_LENGTH: f64 = 1e120;
 
 /// Points farther than this many units, 2^60, are moved to this distance.
-const MAX_RANGE: f64 = (1_u64 << 60) as f64;
+pub(crate) const MAX_RANGE: f64 = (1_u64 << 60) as f64;
 
 /// The transformation from world space to camera space.
 pub(crate) struct CameraSpace {

@@ -9,6 +9,7 @@ use crate::checker::Checker;
 use crate::memory::{OutOfMemory, collect, filled, par_collect, reserve, with_capacity};
 use crate::sampling::emitter_places;
 use crate::scene::emitter::{Emitter, LIGHTS};
+use crate::scene::far::{FarObjects, is_far};
 use crate::scene::unit::suitable_unit;
 use crate::shapes::contact::{COORDINATE, Contact};
 use crate::shapes::primitive::Primitive;
@@ -23,6 +24,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::atomic::Ordering::Relaxed;
 
 pub(crate) mod emitter;
+pub(crate) mod far;
 mod unit;
 
 /// A light in camera space.
@@ -49,6 +51,12 @@ impl Light {
         let close = self.contacts.iter().find(|(at, number, _)| *number == object && *at == place);
         close.map(|(_, _, contact)| contact)
     }
+
+    /// Whether it was moved toward the eye.
+    #[inline(always)]
+    pub(crate) fn was_moved(&self) -> bool {
+        0.0 < self.range_scale && self.range_scale < 1.0
+    }
 }
 
 /// A scene ready for tracing.
@@ -66,6 +74,8 @@ pub(crate) struct Scene {
     pub(crate) albedos: Vec<Vector>,
     /// The range scale of each object; empty if all are 1.
     pub(crate) range_scales: Vec<f64>,
+    /// The objects whose shadows may have to be found in float64.
+    pub(crate) far: FarObjects,
     /// The radiance of each object that carries a light, uniform over its surface; empty if none does.
     emitted: Vec<Option<[f32; 3]>>,
     /// The checkers, in the order of the objects.
@@ -89,7 +99,7 @@ impl Scene {
     /// If memory runs out.
     pub(crate) fn new(world: &World<impl Objects>) -> Result<Scene, OutOfMemory> {
         let (space, objects) = (CameraSpace::new(&world.camera, suitable_unit(world)), &world.objects);
-        let are_moved = AtomicBool::new(false);
+        let (are_moved, are_far) = (AtomicBool::new(false), AtomicBool::new(false));
         let place = |number: u32| {
             let (shape, position) =
                 (objects.shape(number as usize), space.scaled(objects.position(number as usize)));
@@ -103,7 +113,14 @@ impl Scene {
             }
             Placed { shape, position, range_scale }
         };
-        let bounds = (0..objects.count()).into_par_iter().map(|number| place(number as u32).bounds(&space));
+        let bounds = (0..objects.count()).into_par_iter().map(|number| {
+            let placed = place(number as u32);
+            let bounds = placed.bounds(&space);
+            if is_far(bounds, placed.range_scale) {
+                are_far.store(true, Relaxed);
+            }
+            bounds
+        });
         let (mut bvh, mut numbers) = Bvh::new(bounds)?;
         let counts = sort_by_kind(&mut numbers, &mut bvh, |number| objects.kind(number as usize))?;
         let read = |number: u32| {
@@ -121,6 +138,7 @@ impl Scene {
             } else {
                 Vec::new()
             },
+            far: FarObjects::default(),
             emitted: emitted(world, &numbers)?,
             checkers: Vec::new(),
             lights: Vec::new(),
@@ -130,6 +148,12 @@ impl Scene {
             shapes,
             numbers,
         };
+        if are_far.load(Relaxed) {
+            let scales = (0..).map(|index| (index, scene.range_scale(index)));
+            let objects = scales.take(scene.numbers.len());
+            let far = objects.filter(|&(index, scale)| is_far(scene.shapes.get(index).bounds(), scale));
+            scene.far = FarObjects::new(far)?;
+        }
         scene.checkers = scene.place_checkers(&space, world)?;
         let mut lights = with_capacity(world.lights.len(), LIGHTS)?;
         let pattern = emitter_places(world.settings.shadow_samples);
@@ -146,6 +170,12 @@ impl Scene {
     #[inline(always)]
     pub(crate) fn range_scale(&self, object: u32) -> f64 {
         self.range_scales.get(object as usize).copied().unwrap_or(1.0)
+    }
+
+    /// Whether an object carries a light.
+    #[inline(always)]
+    pub(crate) fn carries(&self, object: u32, light: &Light) -> bool {
+        light.carrier.is_some_and(|number| number == self.numbers[object as usize])
     }
 
     /// The radiance of an object, if it carries a light.

@@ -17,6 +17,7 @@ use crate::vector::{Vector, l1_norm, scale, sub, to_f32};
 use crate::world::Settings;
 use std::f64::consts::PI;
 
+mod far;
 mod soft;
 
 /// Bound on the rounding error of a light's height above a face's plane, relative to distances.
@@ -46,12 +47,21 @@ pub(crate) struct SoftLight {
     reached: Lanes,
     /// The objects that may hide a place.
     occluders: ObjectList,
+    /// Whether far objects may, too.
+    far: bool,
 }
 
 impl SoftLight {
     pub(crate) fn new() -> SoftLight {
         let zero = [0.0; LANES];
-        SoftLight { heights: zero, middle: zero, unhidden: zero, reached: zero, occluders: ObjectList::default() }
+        SoftLight {
+            heights: zero,
+            middle: zero,
+            unhidden: zero,
+            reached: zero,
+            occluders: ObjectList::default(),
+            far: false,
+        }
     }
 }
 
@@ -165,6 +175,10 @@ impl Lighting {
         }
         let facing = self.irradiate((light.apex, contact), scene, face);
         if facing > 0 {
+            if !scene.far.before(light.was_moved()).is_empty() {
+                let points = (&self.points, bounds);
+                far::darken(scene, (light, light.apex), object, points, &mut self.irradiance, &mut self.stack);
+            }
             let mut shadow = ShadowRays {
                 points: &self.points,
                 light: light.apex,
@@ -301,10 +315,11 @@ pub(crate) fn darken_occluded(
     if shadow.is_dark() {
         return;
     }
+    let far = scene.far.before(light.was_moved());
     let volume = ShadowVolume::new((light.apex, 0.0), shadow.points, (shadow.bounds, footprint));
     let mut traversal = scene.bvh.traverse(&volume, stack);
     while let Some(i) = traversal.next(f32::INFINITY) {
-        if i == receiver || light.carrier.is_some_and(|number| number == scene.numbers[i as usize]) {
+        if i == receiver || scene.carries(i, light) || far.contains(i) {
             continue;
         }
         scene.shapes.get_bounded(i).occlude(light.contact(0, i), shadow);

@@ -9,7 +9,7 @@ use crate::accel::{Volume, next_child};
 use crate::bounds::BoundingSphere;
 use crate::scene::emitter::Emitter;
 use crate::scene::{Light, Scene};
-use crate::shading::{Lighting, ShadowVolume, SoftLight, farthest, per_cube};
+use crate::shading::{Lighting, ShadowVolume, SoftLight, far, farthest, per_cube};
 use crate::shapes::points::{ShadowRays, extremes};
 use crate::shapes::primitive::Primitive;
 use crate::tile::LANES;
@@ -51,7 +51,7 @@ impl Lighting {
         }
         let above = lowest >= size;
         self.find_occluders(scene, (light, emitter), object, (bounds, footprint.filter(|_| above)));
-        if above && !cut && self.soft.occluders.is_empty() {
+        if above && !cut && !self.soft.far && self.soft.occluders.is_empty() {
             self.irradiance = self.soft.middle;
             return (self.points.count * emitter.places.len()) as u64;
         }
@@ -116,6 +116,16 @@ impl Lighting {
                 continue;
             }
             rays += facing;
+            if self.soft.far {
+                far::darken(
+                    scene,
+                    (light, apex),
+                    object,
+                    (&self.points, bounds),
+                    &mut self.irradiance,
+                    &mut self.stack,
+                );
+            }
             let mut shadow = ShadowRays {
                 points: &self.points,
                 light: apex,
@@ -170,10 +180,14 @@ impl Lighting {
                 self.soft.occluders.push(i, None);
             }
         }
+        let far = scene.far.before(light.was_moved());
+        let stack = &mut self.stack;
+        self.soft.far =
+            !far.is_empty() && far::any_may_hide(scene, (light, size), receiver, bounds, &mut stack.work);
         let volume = ShadowVolume::new((light.apex, size), &self.points, (bounds, footprint));
         let mut traversal = scene.bvh.traverse(&volume, &mut self.stack);
         while let Some(i) = traversal.next(f32::INFINITY) {
-            if i != receiver && light.carrier.is_none_or(|number| number != scene.numbers[i as usize]) {
+            if i != receiver && !scene.carries(i, light) && !far.contains(i) {
                 self.soft.occluders.push(i, scene.shapes.get_bounded(i).bounds());
             }
         }

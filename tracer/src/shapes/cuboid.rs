@@ -17,6 +17,12 @@ use std::f64::consts::PI;
 /// Axes, and a sign and a limit along each: a point p is before the faces where sign p < limit.
 type Before = ([[f32; 3]; 3], [f32; 3], [f32; 3]);
 
+/// Points and lights are within this distance of each other, 2^64: longer sides would overflow float32.
+const LONGEST: f64 = (1_u128 << 64) as f64;
+
+/// Beyond this, 2^120, lengths and moments may overflow float32.
+const OVERFLOWING: f64 = (1_u128 << 120) as f64;
+
 #[derive(Clone, Debug)]
 pub(crate) struct Cuboid {
     pub(crate) center: Vector,
@@ -156,6 +162,19 @@ impl Cuboid {
         }
     }
 
+    /// For each axis i the moment of the reference and h_j |e_k| + h_k |e_j|, for parallel lines in a direction, shrunk
+    /// so that both fit float32. Beside moments that need it, the extent of the points is nothing.
+    #[cold]
+    #[inline(never)]
+    fn long_moments(&self, direction: Vector, moment: Vector) -> [(f32, f32); 3] {
+        std::array::from_fn(|i| {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let reach = self.half[j] * direction[k].abs() + self.half[k] * direction[j].abs();
+            let shrink = (OVERFLOWING / moment[i].abs().max(reach)).min(1.0);
+            ((shrink * moment[i]) as f32, (shrink * reach) as f32)
+        })
+    }
+
     /// Darken the points from which the box hides the light.
     ///
     /// In the axes of the box, with the light at L and the point at P = L + e, by separating axes: the segment
@@ -194,15 +213,22 @@ impl Cuboid {
             return;
         }
         let axes = self.axes.map(to_f32);
-        let half = to_f32(self.half);
-        let moment = to_f32(cross(light, reference));
+        // From points and lights within range, longer sides look the same.
+        let longest = if PARALLEL { f64::INFINITY } else { LONGEST };
+        let half = to_f32([self.half[0].min(longest), self.half[1].min(longest), self.half[2].min(longest)]);
+        let exact = cross(light, reference);
         let e = to_f32(sub(scale(reference, shadow.light.weight), light));
         let l = to_f32(light);
+        // Of parallel lines, the right-hand side is the same for all.
+        let (mut moment, mut reach) = (to_f32(exact), reaches(half, e));
+        if PARALLEL && l1_norm(self.half) + l1_norm(exact) > OVERFLOWING {
+            let [x, y, z] = self.long_moments(light, exact);
+            (moment, reach) = ([x.0, y.0, z.0], [x.1, y.1, z.1]);
+        }
         let points = shadow.points;
         for lane in 0..points.padded() {
             let p = local(&axes, &points.offset, lane);
-            let e = if PARALLEL { e } else { [e[0] + p[0], e[1] + p[1], e[2] + p[2]] };
-            let e = [e[0].abs(), e[1].abs(), e[2].abs()];
+            let reach = if PARALLEL { reach } else { reaches(half, [e[0] + p[0], e[1] + p[1], e[2] + p[2]]) };
             let m = [
                 (moment[0] + (l[1] * p[2] - l[2] * p[1])).abs(),
                 (moment[1] + (l[2] * p[0] - l[0] * p[2])).abs(),
@@ -212,9 +238,7 @@ impl Cuboid {
             let between = (sign[0] * p[0] + slack < limit[0])
                 & (sign[1] * p[1] + slack < limit[1])
                 & (sign[2] * p[2] + slack < limit[2]);
-            let crosses = (m[0] <= half[1] * e[2] + half[2] * e[1])
-                & (m[1] <= half[2] * e[0] + half[0] * e[2])
-                & (m[2] <= half[0] * e[1] + half[1] * e[0]);
+            let crosses = (m[0] <= reach[0]) & (m[1] <= reach[1]) & (m[2] <= reach[2]);
             shadow.darken(lane, between & crosses);
         }
     }
@@ -434,6 +458,13 @@ fn sine_and_cosine(degrees: f64) -> (f64, f64) {
         2 => (-sine, -cosine),
         _ => (-cosine, sine),
     }
+}
+
+/// h_j |e_k| + h_k |e_j| for each axis i, from half the size h.
+#[inline(always)]
+fn reaches(half: [f32; 3], e: [f32; 3]) -> [f32; 3] {
+    let e = [e[0].abs(), e[1].abs(), e[2].abs()];
+    [half[1] * e[2] + half[2] * e[1], half[2] * e[0] + half[0] * e[2], half[0] * e[1] + half[1] * e[0]]
 }
 
 /// Where a ray parallel to a slab enters it.

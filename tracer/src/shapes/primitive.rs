@@ -71,7 +71,8 @@ pub(crate) trait Primitive {
     /// Offer the hits of rays, with the face numbers from `face` on, and `INSIDE` in those that are seen from inside.
     fn intersect(&self, face: u32, rays: &Rays, hits: &mut HitBuffer);
 
-    /// Return the depth at which a ray first hits the shape, in float64, infinite if it misses; and |n.v| there.
+    /// Return the depth at which a ray first hits the shape, in float64, infinite if it misses; and |n.v| there. Rays to
+    /// a light, which begin anywhere, ask only shapes that are far away.
     fn depth(&self, ray: Ray) -> (f64, f64);
 
     /// Compute the points where rays hit a face. `depth` is the smallest depth, and a function that returns its

@@ -344,7 +344,7 @@ impl Sphere {
     ///
     /// With w from the point to the light, q and c from the point and the light to the centre, and M = c x -w: the
     /// line hits the sphere where M.M <= R^2 w.w, and does so between the two if q.w > 0 and c.w < 0; or if one
-    /// of them is inside. Of a light in the direction d, infinitely far away, w is d and c is -d. A point is outside if its power q.q - R^2 is above 0. With the offset p from the
+    /// of them is inside. Of a light in the direction d, infinitely far away, w is d and c is -d, so that c.w < 0. A point is outside if its power q.q - R^2 is above 0. With the offset p from the
     /// reference, q = q_r - p; where the reference is close to the sphere nothing cancels in
     ///
     /// q.q - R^2 = (q_r.q_r - R^2) - p.(q_r + q)
@@ -382,7 +382,8 @@ impl Sphere {
             ];
             product(m, m) <= shadow.squared[lane]
         };
-        let is_between = |crosses: bool, along: f32, w: [f32; 3]| crosses & (along > 0.0) & (product(c, w) < 0.0);
+        let is_between =
+            |crosses: bool, along: f32, w: [f32; 3]| crosses & (along > 0.0) & (PARALLEL || product(c, w) < 0.0);
         let beyond = length(sub(self.center, shadow.bounds.center)) - shadow.bounds.radius;
         if side == Side::Outside && beyond > self.radius && !flat {
             // All points and the light are outside.

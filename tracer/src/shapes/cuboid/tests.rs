@@ -215,6 +215,33 @@ fn a_box_behind_the_light_or_behind_the_points_hides_nothing() {
 }
 
 #[test]
+fn a_box_of_any_size_hides_the_sun_behind_it_and_no_other() {
+    let along = Apex::direction([0.0, 0.0, -1.0]);
+    let aslant = Apex::direction([0.0, 0.6, -0.8]);
+    for size in [1.0, 1e20, 1e40, 1e60, 1e100] {
+        let far = brick([0.0, 0.0, -10.0 * size], [size; 3]);
+        assert_all_lit(&far, along, &points_on_top(), 0.0);
+        assert_all_lit(&far, aslant, &points_on_top(), 1.0);
+        // A ceiling, and a wall to which the light is parallel.
+        let (ceiling, wall) = ([size, size, 0.5], [0.5, size, size]);
+        assert_all_lit(&brick([0.0, 0.0, -3.0], ceiling.map(|half| 3.0 * half)), along, &points_on_top(), 0.0);
+        assert_all_lit(&brick([3.0, 0.0, 0.0], wall), along, &points_on_top(), 1.0);
+    }
+}
+
+#[test]
+fn a_ceiling_of_any_extent_hides_a_light_above_it_and_none_below() {
+    let below = points_at(&[[0.0; 3], [1.0, 2.0, 0.0]]);
+    for size in [1e2, 1e20, 1e60, 1e100] {
+        let ceiling = brick([0.0, 0.0, -3.0], [size, size, 0.5]);
+        for aside in [0.0, 1.0] {
+            assert_all_lit(&ceiling, [aside, aside, -9.0], &below, 0.0);
+            assert_all_lit(&ceiling, [aside, aside, -2.0], &below, 1.0);
+        }
+    }
+}
+
+#[test]
 fn a_light_in_a_box_is_hidden_from_all_outside() {
     assert_light(&brick([0.0, 0.0, -2.0], [0.5; 3]), [0.0, 0.2, -2.1], 0.0);
     assert_light(&brick([0.0, 0.0, 0.0], [50.0; 3]), [0.0, 0.2, -2.1], 1.0);

@@ -196,6 +196,17 @@ fn a_second_sphere_in_the_same_place_hides_nothing() {
     assert_light(&ball([0.0, 0.0, 3.0], 1.0), [0.0, 0.0, -2.0], 1.0);
 }
 
+#[test]
+fn a_sphere_of_any_size_hides_the_sun_behind_it_and_no_other() {
+    for size in [1.0, 1e20, 1e40, 1e60, 1e100] {
+        let far = ball([0.0, 0.0, -10.0 * size], size);
+        let hidden = |toward| 1.0 - irradiance_left(&far, Apex::direction(toward), &points_on_the_ground())[0];
+        assert_eq!(hidden([0.0, 0.0, -1.0]), 1.0, "{size}");
+        assert_eq!(hidden([0.0, 0.6, -0.8]), 0.0, "{size}");
+        assert_eq!(hidden([0.0, 0.0, 1.0]), 0.0, "{size}");
+    }
+}
+
 proptest! {
     /// The ground of a planet is not in the sky above somebody who stands on it.
     #[test]
