@@ -138,8 +138,8 @@ class _Draw:
             lights.append({"type": "sun", "direction": direction, "irradiance": 3, "color": self.color()})
 
     def far_body(self, position: Vector, away: float) -> Data:
-        """Return a body at a distance that does not reach the rest of the scene."""
-        size = away * self.rng.choice((0.01, 0.1, 0.25))
+        """Return a body at a distance; larger than half of it, the native engine would not bring it into range."""
+        size = away * self.rng.choice((0.01, 0.05, 0.1))
         kind = self.rng.choice(("sphere", "box", *ROUND))
         body = {"type": kind, "position": position, "color": self.color()}
         if kind == "box":
