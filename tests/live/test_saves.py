@@ -5,6 +5,8 @@ import time
 import pytest
 from live_client import LiveClient, as_vim_does, by_rename, in_halves, in_place, scene_text, touched
 
+from rtcli.live.session import INVALID, MISSING
+
 STYLES = (in_place, by_rename, as_vim_does, in_halves, touched)
 
 # Seconds within which a file must be whole again for what it holds meanwhile never to count.
@@ -32,7 +34,8 @@ def test_each_of_two_hundred_saves_is_shown_once(tmp_path, monkeypatch, style):
         if style is touched:
             assert live.session.state is first
         else:
-            assert sum(state.status != "ok" for state in states) <= 2 * stalled
+            # On a busy machine a picture may take so long that a small one comes first.
+            assert sum(state.status in (INVALID, MISSING) for state in states) <= 2 * stalled
             assert 200 <= len({state.good.version for state in states}) <= 200 + stalled
 
 
