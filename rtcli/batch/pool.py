@@ -139,7 +139,7 @@ def results(
         for future in done:
             group = pending.pop(future)
             if future.exception() is not None:
-                # Each is alone at once: a task that kills its workers must cost no third one.
+                # Each is retried alone at once: a task that kills its workers must not cost a third one.
                 failed += group
                 queue.learn(None)
                 continue

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 DEPTHS = (8, 16)
 
-# Of PNGs: little time, or few bytes. `Compression` in tracer/src/output/png.rs.
+# The compressions of PNGs: quick to write, or few bytes. They are `Compression` in tracer/src/output/png.rs.
 COMPRESSIONS = ("fast", "small")
 
 

@@ -72,7 +72,7 @@ film_options = types.option_group(
         metavar="HOW",
         default=COMPRESSIONS[0],
         show_default=True,
-        help=f"Write .png files {' or '.join(COMPRESSIONS)}.",
+        help=f"Compress .png files {' or '.join(COMPRESSIONS)}.",
     ),
     click.option(
         "--depth-scale",

@@ -65,7 +65,7 @@ use crate::memory::{Growing, filled, reserve};
 use crate::names::UnknownName;
 use crate::output::develop::BitDepth;
 
-use zlib::{Codec, Rows, Segment, ZlibStream};
+use zlib::{Codec, ROWS, Rows, Segment, ZlibStream};
 
 pub use png::DecodingError;
 
@@ -74,9 +74,6 @@ const CHUNK: usize = 1 << 15;
 
 /// The bytes of a chunk without data: its length, name and checksum.
 const EMPTY_CHUNK: usize = 12;
-
-/// Named in the error if memory runs out.
-const ROWS: &str = "rows of the picture";
 
 /// The data before the pixels.
 #[derive(Clone, Copy, Debug)]
@@ -120,10 +117,10 @@ impl Color {
 /// there are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Compression {
-    /// Little time.
+    /// Quick to write.
     #[default]
     Fast,
-    /// Few bytes, and many times as long.
+    /// Fewer bytes, which take many times as long to write.
     Small,
 }
 

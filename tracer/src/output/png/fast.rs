@@ -6,7 +6,7 @@
 use std::io;
 
 use crate::memory::{filled, with_capacity};
-use crate::output::png::zlib::{Codec, Rows, Segment};
+use crate::output::png::zlib::{Codec, ROWS, Rows, Segment};
 use crate::simd::{Kernel, Level};
 
 /// Bytes of rows that one thread encodes at a time.
@@ -26,9 +26,6 @@ const END_OF_BLOCK: (u16, usize) = (0b1000_1111_1111, 12);
 
 /// The bits of fdeflate's longest code.
 const LONGEST_CODE: usize = 12;
-
-/// Named in the error if memory runs out.
-const ROWS: &str = "rows of the picture";
 
 pub const CODEC: Codec = Codec { segment: SEGMENT, is_seamless: true, encode, end: END_OF_BLOCK };
 

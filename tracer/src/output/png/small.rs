@@ -9,7 +9,7 @@ use miniz_oxide::deflate::core::{
 };
 
 use crate::memory::{Growing, spare, with_capacity};
-use crate::output::png::zlib::{Codec, Rows, Segment};
+use crate::output::png::zlib::{Codec, ROWS, Rows, Segment};
 
 /// Bytes of rows that one thread encodes at a time. The bytes of a file depend on it.
 const SEGMENT: usize = 1 << 18;
@@ -23,9 +23,6 @@ const HEADER_BITS: usize = 16;
 
 /// A last block, of fixed codes: its header, and the code of its end.
 const EMPTY_BLOCK: (u16, usize) = (0b011, 10);
-
-/// Named in the error if memory runs out.
-const ROWS: &str = "rows of the picture";
 
 pub const CODEC: Codec = Codec { segment: SEGMENT, is_seamless: false, encode, end: EMPTY_BLOCK };
 
@@ -62,7 +59,7 @@ impl Filter {
     }
 }
 
-/// Encodes rows with one filter, which a quicker compression finds.
+/// Encodes rows with one filter: the one with which a quicker compression makes the fewest bytes.
 ///
 /// Choosing one for each row by the sum of its absolute values, as is usual, or by other measures makes larger files:
 /// a pattern that comes back must look the same.

@@ -5,8 +5,11 @@ use std::ops::Range;
 
 use crate::memory::reserve;
 
-/// Named in the error if memory runs out.
+/// Named in the error if memory for codes runs out.
 const CODES: &str = "the encoded picture";
+
+/// Named in the error if memory for rows runs out.
+pub const ROWS: &str = "rows of the picture";
 
 /// The modulus of Adler-32.
 const ADLER: u32 = 65_521;
