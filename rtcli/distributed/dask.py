@@ -219,9 +219,12 @@ def _connect(distributed: Any, address: str, timeout: float) -> Iterator[Any]:
         try:
             client = _client(distributed, address, timeout)
         except Exception as error:
-            # Dask unpacks whatever a server of another kind answers: a MemoryError says nothing about memory here.
-            is_about_address = isinstance(error, (OSError, ValueError, TypeError)) and str(error)
-            reason = str(error) if is_about_address else "what answers there speaks another protocol"
+            if isinstance(error, TimeoutError):  # which may have no message
+                reason = f"no answer after {timeout:g} s"
+            elif isinstance(error, (OSError, ValueError, TypeError)) and str(error):  # about the address
+                reason = str(error)
+            else:  # Dask unpacks what a server of another kind answers: a MemoryError says nothing about memory
+                reason = "what answers there speaks another protocol"
             raise OSError(f"no Dask scheduler answers at {address!r}: {reason}") from error
         yield stack.enter_context(client)
 

@@ -34,9 +34,10 @@ def test_each_of_two_hundred_saves_is_shown_once(tmp_path, monkeypatch, style):
         if style is touched:
             assert live.session.state is first
         else:
-            # On a busy machine a picture may take so long that a small one comes first.
             assert sum(state.status in (INVALID, MISSING) for state in states) <= 2 * stalled
-            assert 200 <= len({state.good.version for state in states}) <= 200 + stalled
+            # On a busy machine a small picture may come first, which is a version of its own.
+            whole = {state.good.version for state in states if state.good.rendering is not None}
+            assert 200 <= len(whole) <= 200 + stalled
 
 
 def record_states(session, monkeypatch):
