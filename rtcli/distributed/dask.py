@@ -219,7 +219,7 @@ def _connect(distributed: Any, address: str, timeout: float) -> Iterator[Any]:
         try:
             client = _client(distributed, address, timeout)
         except Exception as error:
-            if isinstance(error, TimeoutError):  # which may have no message
+            if isinstance(error, (TimeoutError, futures.TimeoutError, asyncio.TimeoutError)):  # without a message
                 reason = f"no answer after {timeout:g} s"
             elif isinstance(error, (OSError, ValueError, TypeError)) and str(error):  # about the address
                 reason = str(error)

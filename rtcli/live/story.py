@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from typing import Any
 
@@ -42,11 +41,10 @@ def story_of(
         raise RequestError(str(error)) from error
     prepared = PreparedScene(rendering.scene.world, details.bodies, rendering.tracer)
     explained = explain(model, *pixel, sample, prepared=prepared)
-    story: dict[str, Any] = json.loads(explanation.as_json(explained, session.path))
     count, listed = len(model.objects), len(explained.story.intersections.objects)
     notes = [_METERED] if is_metered else []
     if listed < count:
         notes.append(
             f"Listed are the {listed:,} objects near the rays; the other {count - listed:,} are far away."
         )
-    return {**story, "notes": notes}
+    return {**explanation.as_data(explained, session.path), "notes": notes}

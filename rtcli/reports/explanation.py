@@ -302,10 +302,12 @@ def _sums(explanation: Explanation) -> dict[str, str]:
 
 def _plain(value: Any) -> Any:
     """Return a record as JSON data; the numbers of a step become an object with their names as keys."""
-    if is_dataclass(value):
-        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
     if isinstance(value, tuple):
         if value and isinstance(value[0], Number):
             return {number.name: _plain(number.value) for number in value}
         return [_plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    if is_dataclass(value):
+        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
+    return value
