@@ -287,7 +287,7 @@ class _Drawer:
         for i in self._candidates(plane, disc, roles):
             name = self.point.names[i]
             cut = SHAPES[name.type].cut(self.objects[i], plane, disc)
-            if len(cut) > 1 and all(math.isfinite(x) for at in cut for x in at):
+            if len(cut) > 1 and np.isfinite(cut).all():
                 points = tuple((round(x, digits), round(y, digits)) for x, y in cut)
                 yield Outline(name, roles.get(name.index, "other"), points)
 

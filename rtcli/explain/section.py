@@ -66,7 +66,7 @@ class SectionPlane:
 def clip(polygon: Sequence[Point], a: float, b: float, c: float) -> list[Point]:
     """Return the part of a convex polygon where a x + b y <= c (Sutherland and Hodgman, 1974)."""
     heights = [a * x + b * y - c for x, y in polygon]
-    if all(height <= 0 for height in heights):
+    if max(heights, default=0.0) <= 0:
         return list(polygon)
     kept: list[Point] = []
     for i, (height, (x, y)) in enumerate(zip(heights, polygon, strict=True)):
@@ -83,6 +83,8 @@ def within(polygon: Sequence[Point], disc: Disc) -> list[Point]:
     """Return the part of a convex polygon in the square around a disc."""
     (x, y), r = disc.center, disc.radius
     kept = list(polygon)
+    if all(abs(at_x - x) <= r and abs(at_y - y) <= r for at_x, at_y in polygon):
+        return kept
     for a, b, c in ((1, 0, x + r), (-1, 0, r - x), (0, 1, y + r), (0, -1, r - y)):
         kept = clip(kept, a, b, c)
     return kept
@@ -115,12 +117,10 @@ def cut_plane(shape: Plane, section: SectionPlane, disc: Disc) -> list[Point]:
 
 def cut_box(shape: Box, section: SectionPlane, disc: Disc) -> list[Point]:
     """Return what all slabs of a box leave of the section: |axis . (P - position)| <= size / 2 for each axis."""
-    polygon = disc.square()
-    there = shape.position.ravel() - section.origin
-    for components, half in zip(shape.axes, shape.half.ravel().tolist(), strict=True):
-        axis = np.array(components)
-        a, b = section.along(axis)
-        middle = float(axis @ there)
+    polygon, axes = disc.square(), np.array(shape.axes)
+    middles = axes @ (shape.position.ravel() - section.origin)
+    columns = (axes @ section.right, axes @ section.up, middles, shape.half.ravel())
+    for a, b, middle, half in zip(*(column.tolist() for column in columns), strict=True):
         polygon = clip(clip(polygon, a, b, half + middle), -a, -b, half - middle)
     return polygon
 
@@ -200,19 +200,19 @@ class _Round:
         (x, y), (center_x, center_y) = self.direction, self.center
         middle = (self.disc.center[0] - center_x) * x + (self.disc.center[1] - center_y) * y
         reach = math.sqrt(2) * self.disc.radius
-        distances, widths = [], []
+        distances, widths = [np.zeros(0)], [np.zeros(0)]
         for part in parts:
             low, high = self._heights(part)
             low, high = max(low, middle - reach), min(high, middle + reach)
             interval = part.interval(low, high) if low < high else None
             if interval:
                 steps = np.cos(np.linspace(math.pi, 0, _SAMPLES))
-                a = (interval[0] + interval[1]) / 2 + (interval[1] - interval[0]) / 2 * steps
-                distances += a.tolist()
-                widths += np.nan_to_num(part.widths(a)).tolist()
-        there = [(a, b) for a, b in zip(distances, widths, strict=True)]
-        back = [(a, -b) for a, b in reversed(there)]
-        return within([(center_x + a * x - b * y, center_y + a * y + b * x) for a, b in there + back], self.disc)
+                distances.append((interval[0] + interval[1]) / 2 + (interval[1] - interval[0]) / 2 * steps)
+                widths.append(np.nan_to_num(part.widths(distances[-1])))
+        there, half = np.concatenate(distances), np.concatenate(widths)
+        a, b = np.concatenate([there, there[::-1]]), np.concatenate([half, -half[::-1]])
+        xs, ys = center_x + a * x - b * y, center_y + a * y + b * x
+        return within(list(zip(xs.tolist(), ys.tolist(), strict=True)), self.disc)
 
     def _heights(self, part: _Part) -> tuple[float, float]:
         """Return the distances along the axis' part in the section between which a part lies."""

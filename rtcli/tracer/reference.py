@@ -1869,14 +1869,18 @@ class Scenery:
         lit = self.receivers(hit)
         ray, hit = ray.take(lit), hit.take(lit)
         seen = self.seen_sides(ray, hit)
-        for source in self.light_sources:
-            places = self._places_of(source, max(1, MOST_PATHS // max(1, len(hit.t))))
-            yield self._shadow_tests(places, (ray, hit, seen))
+        most = max(1, MOST_PATHS // max(1, len(hit.t)))
+        groups = [self._places_of(source, most) for source in self.light_sources]
+        near = self.near_paths([source for places in groups for source in places], ray, hit)
+        for places in groups:
+            yield self._shadow_tests(places, near, (ray, hit, seen))
+            near = near[sum(source.count for source in places) :]
 
-    def _shadow_tests(self, sources: Sequence[LightSource], seen: tuple[Ray, Hit, Sides]) -> Iterator[ShadowTest]:
+    def _shadow_tests(
+        self, sources: Sequence[LightSource], near: Mask, seen: tuple[Ray, Hit, Sides]
+    ) -> Iterator[ShadowTest]:
         """Yield the tests of lights without a size at hits that are seen from some sides."""
         ray, hit, sides = seen
-        near = self.near_paths(sources, ray, hit)
         for source in sources:
             way = path_to_light(source, ray, hit)
             same_side = self.same_side(source, hit, sides)
@@ -1933,15 +1937,13 @@ class Scenery:
         sight = ray.sight(hit.t)
         middle, spread = _extent(sight)
         point = ray.offset + middle
+        if not (hit.index.size and sources):
+            return np.zeros((sum(source.count for source in sources), len(self.objects)), dtype=bool)
         ways = [source.way_from(point, np.zeros((3, 1))) for source in sources]
-        distance, wi = np.hstack([r for r, _ in ways]), np.hstack([wi for _, wi in ways])
-        if not hit.index.size:
-            return np.zeros((len(distance), len(self.objects)), dtype=bool)
         to_objects = self._positions - point
         rounding = APART * (length(to_objects) + np.abs(point).sum() + spread) + NO_SQUARE
-        apart = _apart(to_objects[:, None], wi[:, :, None], distance[:, None])
-        away = dot(to_objects[:, None], apart) - self._sizes - rounding
-        near: Mask = ~(away > np.maximum(spread, distance[:, None] * dot(wi[:, :, None], apart)))
+        near = np.concatenate([self._near_by_spheres(to_objects, way, spread, rounding) for way in ways])
+        distance, wi = np.hstack([r for r, _ in ways]), np.hstack([wi for _, wi in ways])
         if (hit.index == hit.index[0]).all():  # no object stands in its own light
             near[:, hit.index[0]] = False
         offsets = sight - middle
@@ -1953,6 +1955,16 @@ class Scenery:
                 away = dot(to_object, direction) - shape.extent(direction) - rounding[i]
                 beyond = np.maximum(low * direction, high * direction).sum(axis=0)
                 near[:, i] &= ~(away > np.maximum(beyond, distance * dot(wi, direction)))
+        return near
+
+    def _near_by_spheres(
+        self, to_objects: Array, way: tuple[Array, Array], spread: float, rounding: Array
+    ) -> Mask:
+        """Return the same for the spheres around the objects alone: (places, objects)."""
+        distance, wi = way[0][:, None], way[1][:, :, None]
+        apart = _apart(to_objects[:, None], wi, distance)
+        away = dot(to_objects[:, None], apart) - self._sizes - rounding
+        near: Mask = ~(away > np.maximum(spread, distance * dot(wi, apart)))
         return near
 
     def occluders(
