@@ -10,7 +10,6 @@ the steps between radiance and value, which the compiled core takes at once, hav
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -98,23 +97,25 @@ class _Pixel:
 
     def __init__(self, scene: Scene, pixel: tuple[int, int], sample: int, prepared: PreparedScene | None) -> None:
         self.scene = scene
-        self.prepared = prepared
         self.sample = sample
         self.pixel = pixel
         self.window = Window(*pixel, 1, 1)
         self.offsets = list(sample_offsets(scene.render.samples))
+        # The objects that take part: all, or of many those near the rays.
+        self.chosen: Sequence[int] = range(len(scene.objects))
         if prepared is None:
-            self.chosen = list(range(len(scene.objects)))
-            self.names = [name_of(index, shape) for index, shape in enumerate(scene.objects)]
             world = pack_scene(scene).world
+            self.names = [name_of(index, shape) for index, shape in enumerate(scene.objects)]
+            self.native = NativeTracer(world, default_threads())
+            self.tracer = ReferenceTracer(world, default_threads())
         else:
-            around = [(u + x, v + y) for u, v in (CENTRE, *self.offsets) for x, y in AROUND]
-            camera = SimpleCamera(prepared.world.camera)
-            self.chosen = prepared.chosen(rays_through(camera, self.window, around))
+            self.native = prepared.native
+            if prepared.reference is None:
+                around = [(u + x, v + y) for u, v in (CENTRE, *self.offsets) for x, y in AROUND]
+                camera = SimpleCamera(prepared.world.camera)
+                self.chosen = prepared.chosen(rays_through(camera, self.window, around))
             self.names = [prepared.bodies.names[index] for index in self.chosen]
-            world = prepared.select(self.chosen)
-        self.native = NativeTracer(world, default_threads()) if prepared is None else prepared.native
-        self.tracer = ReferenceTracer(world, default_threads())
+            self.tracer = prepared.reference or ReferenceTracer(prepared.select(self.chosen), default_threads())
         scenery = self.tracer.scenery
         # The last ray is that through the center.
         rays = rays_through(scenery.camera, self.window, (*self.offsets, CENTRE))
@@ -181,7 +182,7 @@ class _Pixel:
         exposure, _ = stops_of(self.native, image.exposure)
         alpha = self._alpha(shown)
         value = developed(radiance, DisplayTransform(exposure, image.tone), alpha)
-        samples = PixelSamples(self.tracer.scenery, self.window, self.offsets, self.center)
+        samples = PixelSamples(self.tracer.scenery, self.window, self.offsets, (self.rays, self.hits), self.center)
         return NativePixel(
             radiance=triple(radiance),
             exposure=exposure,
@@ -203,30 +204,19 @@ class _Pixel:
         return metered.stops, metered.percentile
 
     def _story(self) -> tuple[SurfacePoint, Story]:
-        """Return the point of the sample among the objects that are listed, and its story."""
+        """Return the point of the sample, and its story."""
         only = np.array([self.sample])
         ray, hit = self.rays.take(only), self.hits.take(only)
-        point = SurfacePoint(self.tracer.world, self.tracer.scenery, self.names, ray, hit, self.shadows)
-        lights, listed = lights_step(point), self._among_listed(point)
-        return listed, Story(
+        scenery, names = self.tracer.scenery, self.names
+        point = SurfacePoint(self.tracer.world, scenery, names, ray, hit, self.shadows)
+        lights = lights_step(point)
+        return point, Story(
             sample=self.sample + 1,
             ray=self._ray_step(ray, self.offsets[self.sample]),
-            intersections=intersect_all(listed.scenery, listed.names, ray, listed.hit, len(self.scene.objects)),
+            intersections=intersect_all(scenery, names, ray, hit, len(self.scene.objects)),
             hit=hit_step(point),
             lights=lights,
             radiance=radiance_step(point, self.light[:, self.sample], lights.lights),
-        )
-
-    def _among_listed(self, point: SurfacePoint) -> SurfacePoint:
-        """Return a point among all objects of a scene, or among those that take part if the scene has many."""
-        prepared = self.prepared
-        if prepared is None or prepared.listed is None:
-            return point
-        index = np.array([NOTHING if place == NOTHING else self.chosen[place] for place in point.hit.index])
-        hit = replace(point.hit, index=index)
-        # The tests are of the objects that take part.
-        return replace(
-            point, world=prepared.world, scenery=prepared.listed, names=prepared.bodies.names, hit=hit, shadows=()
         )
 
     def _ray_step(self, ray: Ray, within: tuple[float, float]) -> Step:

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from rtcli.explain.records import AT_A_BORDER, DISAGREE, EQUAL, ROUNDED
-from rtcli.tracer.reference import CENTRE, NOTHING, Array, Ray, Scenery, SimpleCamera, path_to_light
+from rtcli.tracer.reference import CENTRE, NOTHING, Array, Hit, Ray, Scenery, SimpleCamera, path_to_light
 from rtcli.tracer.world import Window
 
 # The error of float32, as shares of the radiance and of the light that would arrive head-on: where light grazes a
@@ -36,14 +36,24 @@ class PixelSamples:
         The pixel.
     offsets
         The position of each sample in the pixel.
+    seen
+        Their rays and hits.
     center
         The index of the object at the pixel's center, or `NOTHING`.
     """
 
-    def __init__(self, scenery: Scenery, window: Window, offsets: list[tuple[float, float]], center: int) -> None:
+    def __init__(
+        self,
+        scenery: Scenery,
+        window: Window,
+        offsets: list[tuple[float, float]],
+        seen: tuple[Ray, Hit],
+        center: int,
+    ) -> None:
         self.scenery = scenery
         self.window = window
         self.offsets = offsets
+        self.ray, self.hit = seen
         self.center = center
 
     def agreement(self, reference: Array, native: Array, seen: int) -> str:
@@ -89,10 +99,8 @@ class PixelSamples:
 
     def _head_on(self) -> Array:
         """Return the radiance if nothing blocked any light and all surfaces faced all lights: (3,)."""
-        ray = rays_through(self.scenery.camera, self.window, self.offsets)
-        hit = self.scenery.nearest_hit(ray)
-        seen = np.flatnonzero(hit.index != NOTHING)
-        ray, hit = ray.take(seen), hit.take(seen)
+        seen = np.flatnonzero(self.hit.index != NOTHING)
+        ray, hit = self.ray.take(seen), self.hit.take(seen)
         total = np.zeros((3, len(self.offsets)))
         for source in self.scenery.light_sources if seen.size else ():
             arriving = source.light_at(path_to_light(source, ray, hit).distance).rgb

@@ -20,13 +20,10 @@ from rtcli.explain.words import name_of
 from rtcli.scene.model import Object, Scene
 from rtcli.tracer._native import LIGHT_PARAMETERS, Body
 from rtcli.tracer.native import NativeTracer
-from rtcli.tracer.reference import NOTHING, Array, Ray, Scenery, build_scenery
+from rtcli.tracer.reference import NOTHING, Array, Ray, ReferenceTracer, build_scenery
 from rtcli.tracer.world import NO_CARRIER, Checkers, Column, Shapes, Vector, World
 
 Mask = npt.NDArray[np.bool_]
-
-# Of at most this many objects, all are listed, with the reasons of those that the ray misses.
-FEW = 64
 
 # The share of a distance that rounding may move a ray or a sphere.
 _ROUNDING = 1e-6
@@ -156,16 +153,14 @@ class PreparedScene:
         Its objects.
     native
         The world in the native tracer.
+    reference
+        The world in the reference tracer, to list all objects; None to list those near the rays of a pixel.
     """
 
     world: World
     bodies: Bodies
     native: NativeTracer
-
-    @cached_property
-    def listed(self) -> Scenery | None:
-        """All objects, if they are few enough to be listed."""
-        return build_scenery(self.world) if len(self.bodies.names) <= FEW else None
+    reference: ReferenceTracer | None = None
 
     def chosen(self, ray: Ray) -> list[int]:
         """Return the indices of the objects that decide some rays that are close together, in order."""

@@ -15,8 +15,10 @@ from rtcli.rendering.job import RenderJob, RenderRequest
 from rtcli.rendering.pack import PackedScene
 from rtcli.rendering.stream import expose_film
 from rtcli.tracer._native import id_boxes
+from rtcli.tracer.engines import default_threads
 from rtcli.tracer.native import NativeTracer
 from rtcli.tracer.passes import RADIANCE
+from rtcli.tracer.reference import ReferenceTracer
 from rtcli.tracer.world import Progress, Window
 
 _OBJECT_ID = "object_id"
@@ -52,6 +54,11 @@ class Rendering:
         """The scene in the native tracer."""
         assert self.film.job is not None
         return cast("NativeTracer", self.film.job.tracer)
+
+    @cached_property
+    def reference(self) -> ReferenceTracer:
+        """The scene in the reference tracer."""
+        return ReferenceTracer(self.scene.world, default_threads())
 
     def array(self, name: str, progress: Progress | None = None) -> npt.NDArray[Any]:
         """Return radiance or a pass: (H, W) or (H, W, C) float32, or uint32 for ids. Passes are traced once."""

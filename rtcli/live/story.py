@@ -12,6 +12,9 @@ from rtcli.live.view import RequestError, ViewRequest
 from rtcli.reports import explanation
 from rtcli.scene.validation.validate import validate
 
+# Of at most this many objects, all are listed, with the reasons of those that the ray misses.
+FEW = 64
+
 _METERED = (
     "The exposure `auto` was metered by the native engine, as the picture was; `rtcli explain` meters with the "
     "reference engine."
@@ -39,7 +42,8 @@ def story_of(
         check_pixel(model, *pixel, sample)
     except ValueError as error:
         raise RequestError(str(error)) from error
-    prepared = PreparedScene(rendering.scene.world, details.bodies, rendering.tracer)
+    reference = rendering.reference if len(model.objects) <= FEW else None
+    prepared = PreparedScene(rendering.scene.world, details.bodies, rendering.tracer, reference)
     explained = explain(model, *pixel, sample, prepared=prepared)
     count, listed = len(model.objects), len(explained.story.intersections.objects)
     notes = [_METERED] if is_metered else []

@@ -310,7 +310,7 @@ def _plain(value: Any) -> Any:
             return {number.name: _plain(number.value) for number in value}
         return [_plain(item) for item in value]
     if is_dataclass(value):
-        return {name: _plain(getattr(value, name)) for name in _field_names(type(value))}
+        return {name: _plain(getattr(value, name)) for name in _field_names(value.__class__)}
     return value
 
 

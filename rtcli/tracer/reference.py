@@ -17,7 +17,7 @@ import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import wraps
+from functools import cached_property, wraps
 from threading import Event
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
@@ -191,6 +191,11 @@ class SimpleCamera:
 
     frame: CameraFrame
 
+    @cached_property
+    def position(self) -> Array:
+        """Where it is: (3, 1). It is one array for all rays, since what is known of it is `remembered`."""
+        return column(self.frame.position)
+
     def generate_primary_rays(self, window: Window, within: Within = CENTRE) -> Ray:
         """Return the rays through the pixels of a window, row by row.
 
@@ -212,9 +217,9 @@ class SimpleCamera:
         x, y = self.on_image_plane(window, within)
         across = x * column(frame.right) + y * column(frame.up)
         if frame.is_orthographic:
-            return Ray(column(frame.position), np.repeat(column(frame.forward), len(x), axis=1), across)
+            return Ray(self.position, np.repeat(column(frame.forward), len(x), axis=1), across)
         point = across + column(frame.forward)
-        return Ray(column(frame.position), point / length(point))
+        return Ray(self.position, point / length(point))
 
     def on_image_plane(self, window: Window, within: Within = CENTRE) -> tuple[Array, Array]:
         """Return x and y, (N,) each, where those rays cross the image plane at distance 1 from the eye, or start.

@@ -6,7 +6,7 @@ import pytest
 from live_client import in_place, scene_text
 
 import rtcli
-from rtcli.explain import explain, nearby
+from rtcli.explain import explain
 from rtcli.reports import explanation
 
 PIXELS = [(32, 24), (10, 40), (5, 2), (45, 30)]
@@ -63,7 +63,7 @@ def test_story_of_the_version_before(live, scene):
 
 
 def test_many_objects_are_listed_only_near_the_rays(monkeypatch, live):
-    monkeypatch.setattr(nearby, "FEW", 1)
+    monkeypatch.setattr("rtcli.live.story.FEW", 1)
     story = live.get_json("/pixel", x=10, y=40)  # the floor, far from the ball
     assert [item["object"]["name"] for item in story["story"]["intersections"]["objects"]] == ["floor"]
     assert story["notes"] == ["Listed are the 1 objects near the rays; the other 1 are far away."]
