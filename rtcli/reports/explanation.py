@@ -308,7 +308,8 @@ def _plain(value: Any) -> Any:
     if isinstance(value, tuple):
         if value and isinstance(value[0], Number):
             return {number.name: _plain(number.value) for number in value}
-        return [_plain(item) for item in value]
+        # Drawings have thousands of coordinates.
+        return [item if type(item) is float and math.isfinite(item) else _plain(item) for item in value]
     if is_dataclass(value):
         return {name: _plain(getattr(value, name)) for name in _field_names(value.__class__)}
     return value

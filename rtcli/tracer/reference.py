@@ -1004,18 +1004,18 @@ class Place(NamedTuple):
     ----------
     z, away
         (N,): their heights above the middle, along the axis, and their distances from the axis.
-    radial
-        (3, N): the vectors to them from the axis.
     m, height, power
         (N,): m at their height, d cos(alpha) - m, and C; see `Frustum.side_terms`.
+    frame
+        The unit vectors e away from the axis, f across both, and the axis a: (3, N) or (3, 1).
     """
 
     z: Array
     away: Array
-    radial: Array
     m: Array
     height: Array
     power: Array
+    frame: tuple[Array, Array, Array]
 
 
 class Side(NamedTuple):
@@ -1105,8 +1105,7 @@ class Frustum(Object):
         """
         if ray.beside is not None:
             return self._parallel_side_terms(ray)
-        frame = self._frame(start)
-        w_1, w_2, w_3 = self._components(ray.direction, frame)
+        w_1, w_2, w_3 = self._components(ray.direction, start.frame)
         o_1 = np.where(start.height == 0, start.m, self.cosine * start.away)
         a = w_1 * w_1 + w_2 * w_2 - w_3 * w_3
         b = w_3 * start.m - w_1 * o_1
@@ -1117,7 +1116,7 @@ class Frustum(Object):
         if distant.any():
             begin = dot(self.position - ray.offset, ray.direction)
             nearest_point = begin * ray.direction - (self.position - ray.offset)
-            p_1, p_2, p_3 = self._components(nearest_point, frame)
+            p_1, p_2, p_3 = self._components(nearest_point, start.frame)
             p_3 = self.middle + p_3
             b_there = w_3 * p_3 - w_1 * p_1 - w_2 * p_2
             c_there = (np.hypot(p_1, p_2) - p_3) * (np.hypot(p_1, p_2) + p_3)
@@ -1234,15 +1233,13 @@ class Frustum(Object):
         m = np.where(z == self.half, top, np.where(z == -self.half, base, self.middle + self.sine * z))
         height = self.cosine * away - m
         height = np.where(np.abs(height) > on_side, height, 0.0)
-        return Place(z, away, radial, m, height, height * (self.cosine * away + m))
-
-    def _frame(self, start: Place) -> tuple[Array, Array, Array]:
-        """Return e, f and a of starts: (3, N) or (3, 1) each."""
-        e = start.radial / start.away
+        out = radial / away
         # Rounding may leave something along the axis, which D would multiply by the distance, or nothing else.
-        e = e - dot(e, self.axis) * self.axis
-        e = np.where(length(e) > 0.5, e / length(e), self.across)
-        return e, cross(e, self.axis), self.axis
+        out = out - dot(out, self.axis) * self.axis
+        out = np.where(length(out) > 0.5, out / length(out), self.across)
+        return Place(
+            z, away, m, height, height * (self.cosine * away + m), (out, cross(out, self.axis), self.axis)
+        )
 
     def _components(self, vector: Array, frame: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
         """Return cos(alpha) v_e, cos(alpha) v_f and sin(alpha) v_a: three (N,)."""
