@@ -65,16 +65,15 @@ class Point(NamedTuple):
 
     position: Array
     error: Array | float
-    certainty: float = 1.0
 
-    def snapped(self, height: Array, away: Array, grain: float) -> Array:
-        """Return a height above a surface of which they are so far away: 0 if that is only rounding."""
-        return np.where(np.abs(height) <= self.certainty * (ROUNDING * away + self.error + grain), 0.0, height)
+    def lost(self, away: Array, grain: Any) -> Array:
+        """Return what is lost of the height above a surface of which they are so far away."""
+        return np.asarray(ROUNDING * away + self.error + grain)
 
 
 def is_doubtful(body: Body, point: Point) -> Mask:
     """Return which points are so close to a surface that it is open whether they are on it: (1,) or (N,)."""
-    surely, perhaps = (body.heights(point._replace(certainty=certainty)) == 0 for certainty in (1 / 4, 4))
+    surely, perhaps = (body.heights(point, certainty) == 0 for certainty in (1 / 4, 4))
     doubtful: Mask = (surely != perhaps).any(axis=0)
     return doubtful
 
@@ -139,14 +138,29 @@ class Body:
     grain: Any = 0.0
     curved: Any = False
     bend: float = np.inf
+    _measured: tuple[Any, ...] = ()
 
     def crossings(self, start: Point, way: Array) -> Crossings:
         """Return where rays from points cross the surfaces."""
         raise NotImplementedError
 
-    def heights(self, point: Point) -> Array:
-        """Return the heights of points above the surfaces: (K, N)."""
+    def measured(self, point: Point) -> tuple[Array, Array]:
+        """Return the heights of points above the parts of the surfaces, and what is lost of them: (R, N) each."""
         raise NotImplementedError
+
+    def snapped(self, point: Point, certainty: float = 1.0) -> Array:
+        """Return the same heights, 0 where that is only rounding."""
+        known = next((each for each in self._measured if each[0] is point.position), None)
+        if known is None or known[1] is not point.error:
+            known = (point.position, point.error, *self.measured(point))
+        # The light is asked about again for each point of the surface, and the other way around.
+        self._measured = (known, *(each for each in self._measured if each[0] is not point.position))[:2]
+        _, _, heights, lost = known
+        return np.where(np.abs(heights) <= certainty * lost, 0.0, heights)
+
+    def heights(self, point: Point, certainty: float = 1.0) -> Array:
+        """Return the heights of points above the surfaces: (K, N)."""
+        return self.snapped(point, certainty)
 
 
 class Ball(Body):
@@ -167,15 +181,18 @@ class Ball(Body):
         foot = q - b * d
         sagitta = 1 - dot(foot, foot)
         far = -b - np.copysign(np.sqrt(np.maximum(sagitta, 0)), b)
-        roots = np.stack([far, self.heights(start)[0] / self.size * (distance + 1) / far])
+        roots = np.stack([far, self.snapped(start)[0] / self.size * (distance + 1) / far])
         normal = q[:, None] + roots * d[:, None]
         margin = np.broadcast_to(self.size * sagitta / 2, roots.shape)
         return Crossings(roots / speed, margin, normal, np.abs(dot(normal, d)))
 
-    def heights(self, point: Point) -> Array:
+    def measured(self, point: Point) -> tuple[Array, Array]:
         away = point.position - self.center
         height = (length(away / self.size) - 1) * self.size
-        return np.stack([point.snapped(height, np.abs(away).sum(axis=0) + self.size, self.grain)] * 2)
+        return height[None], point.lost(total(1, away) + self.size, self.grain)[None]
+
+    def heights(self, point: Point, certainty: float = 1.0) -> Array:
+        return np.repeat(self.snapped(point, certainty), 2, axis=0)
 
 
 class Wall(Body):
@@ -189,7 +206,7 @@ class Wall(Body):
         along = dot(self.normal, way)[None]
         steep = np.abs(along) / length(way)
         margin = np.where(steep < PARALLEL, -np.inf, np.inf)
-        return Crossings(-self.heights(start) / along, margin, self.normal[:, None], steep)
+        return Crossings(-self.snapped(start) / along, margin, self.normal[:, None], steep)
 
     def on_face(self, position: Array, normal: Array) -> Array:
         start = vector((1, 0, 0)) if math.hypot(*self.normal[1:, 0]) >= 1e-3 else vector((0, 0, 1))
@@ -197,10 +214,10 @@ class Wall(Body):
         u = np.cross(v, self.normal, axis=0)
         return np.stack([dot(axis, position - self.point) for axis in (u, v)])
 
-    def heights(self, point: Point) -> Array:
+    def measured(self, point: Point) -> tuple[Array, Array]:
         away = point.position - self.point
         across = total(self.normal, away) + total(1, point.position + self.eye)
-        return point.snapped(dot(self.normal, away), np.minimum(total(1, away), across), self.grain)[None]
+        return dot(self.normal, away)[None], point.lost(np.minimum(total(1, away), across), self.grain)[None]
 
 
 class Brick(Body):
@@ -210,13 +227,13 @@ class Brick(Body):
         self.center, self.half, self.eye = center, np.array(data["size"])[:, None] / 2, eye
         self.size = float(self.half.sum())
         self.across = np.concatenate([self.half, self.half])
-        self.axes = turned_axes(data.get("rotation", 0))
+        self.axes = np.hstack(turned_axes(data.get("rotation", 0))).T  # in rows
         self.grain = grain_across(self._across(vector(data["position"])), data, eye)
-        self.normals = np.stack([sign * axis for sign in (1, -1) for axis in self.axes], axis=1)
+        self.normals = np.concatenate([self.axes, -self.axes]).T[..., None]
 
     def crossings(self, start: Point, way: Array) -> Crossings:
-        position, step = self._along_axes(start.position - self.center), self._along_axes(way)
-        t = -self.heights(start) / np.concatenate([step, -step])
+        position, step = self.axes @ (start.position - self.center), self.axes @ way
+        t = -self.snapped(start) / np.concatenate([step, -step])
         steep = np.abs(step) / length(way)
         margins = []
         for t_of_side in (t[:3], t[3:]):
@@ -226,25 +243,22 @@ class Brick(Body):
         return Crossings(t, np.stack(margins), self.normals, np.concatenate([steep, steep]))
 
     def on_face(self, position: Array, normal: Array) -> Array:
-        along = self._along_axes(position - self.center)
-        across = np.abs(self._along_axes(normal)).argmax(axis=0)
+        along = self.axes @ (position - self.center)
+        across = np.abs(self.axes @ normal).argmax(axis=0)
         free = np.arange(3)[:, None] != across
         return along.T[free.T].reshape(-1, 2).T
 
-    def heights(self, point: Point) -> Array:
+    def measured(self, point: Point) -> tuple[Array, Array]:
         away = point.position - self.center
-        position = self._along_axes(away)
+        position = self.axes @ away
         beyond = np.concatenate([position, -position]) - self.across
         across = self._across(away) + self.across + total(1, point.position + self.eye)
-        return point.snapped(beyond, np.minimum(total(1, away) + self.size, across), self.grain)
+        return beyond, point.lost(np.minimum(total(1, away) + self.size, across), self.grain)
 
     def _across(self, vector: Array) -> Array:
         """Return the sum of |a_i v_i| of the axis a across each face: (6, N)."""
-        across = np.stack([total(axis, vector) for axis in self.axes])
+        across = np.abs(self.axes) @ np.abs(vector)
         return np.concatenate([across, across])
-
-    def _along_axes(self, vector: Array) -> Array:
-        return np.stack([dot(axis, vector) for axis in self.axes])
 
 
 class Frustum(Body):
@@ -270,7 +284,7 @@ class Frustum(Body):
         along, across = self._along_and_across(way)
         speed = length(way)
         side = self.side_crossings(start, way)
-        t = -self.heights(start)[2:] / np.stack([-along, along])
+        t = -self.snapped(start)[1:] / np.stack([-along, along])
         margins = np.stack([radius - length(away + t * across) for t, radius in zip(t, self.radii, strict=True)])
         discs = np.stack([-self.axis, self.axis], axis=1) * np.ones_like(t)
         steep = np.abs(np.stack([along, along]) * np.ones_like(t)) / speed
@@ -292,7 +306,7 @@ class Frustum(Body):
         if (is_near := length(position) < 100 * self.size).any():
             _, b_here, _ = self._quadratic(position, step)
             z, away = self._along_and_across(position)
-            c_here = self._height_above_side(start) / self.cosine * (length(away) + self._radius(z))
+            c_here = self.snapped(start)[0] / self.cosine * (length(away) + self._radius(z))
             b, c = np.where(is_near, b_here, b), np.where(is_near, c_here, c)
         q = -b - np.where(b < 0, -1, 1) * np.sqrt(np.maximum(under_root, 0))
         nearest = np.where(is_near, 0.0, -dot(position, step))
@@ -311,31 +325,29 @@ class Frustum(Body):
         c = (length(away) - radius) * (length(away) + radius)
         return dot(across, across) - widening * widening, dot(away, across) - radius * widening, c
 
-    def heights(self, point: Point) -> Array:
-        away = point.position - self.center
-        z, _ = self._along_and_across(away)
-        across = total(self.axis, away) + self.half + total(1, point.position + self.eye)
-        lost = np.minimum(total(1, away) + self.size, across)
-        base, top = (point.snapped(sign * z - self.half, lost, self.grain[2]) for sign in (-1, 1))
-        # Beyond the discs the double cone goes on, but the side does not: what is in line with it is not on it.
-        beyond = np.maximum(base, top)
-        side = self._height_above_side(point)
-        side = np.where(beyond > 0, np.maximum(side, beyond), side)
-        return np.stack([side, side, base, top])
-
-    def _height_above_side(self, point: Point) -> Array:
-        """Return the heights of points above the whole double cone: (N,)."""
+    def measured(self, point: Point) -> tuple[Array, Array]:
+        """Return the heights above the whole double cone, the base and the top."""
         away = point.position - self.center
         z, radial = self._along_and_across(away)
-        height = self.cosine * (length(radial) - self._radius(z))
-        return point.snapped(height, total(1, away) + self.size, self.grain[0])
+        side = self.cosine * (length(radial) - self._radius(z))
+        around = total(1, away) + self.size
+        across = total(self.axis, away) + self.half + total(1, point.position + self.eye)
+        lost = point.lost(np.stack([around, *[np.minimum(around, across)] * 2]), self.grain[1:])
+        return np.stack([side, -z - self.half, z - self.half]), lost
+
+    def heights(self, point: Point, certainty: float = 1.0) -> Array:
+        side, base, top = self.snapped(point, certainty)
+        # Beyond the discs the double cone goes on, but the side does not: what is in line with it is not on it.
+        beyond = np.maximum(base, top)
+        side = np.where(beyond > 0, np.maximum(side, beyond), side)
+        return np.stack([side, side, base, top])
 
     def _radius(self, z: Array) -> Array:
         return sum(self.radii) / 2 + self.slope * z
 
     def _along_and_across(self, vector: Array) -> tuple[Array, Array]:
         axis = self.axis.reshape(3, *[1] * (vector.ndim - 1))
-        along = dot(axis, vector)
+        along = (self.axis.ravel() @ vector.reshape(3, -1)).reshape(vector.shape[1:])
         return along, vector - along * axis
 
 
@@ -364,12 +376,16 @@ class Pill(Body):
         )
         return Crossings(t, margin, np.concatenate([part.normal for part in found], axis=1), steep)
 
-    def heights(self, point: Point) -> Array:
-        """Return the heights above the parts, far from those that are not the nearest."""
+    def measured(self, point: Point) -> tuple[Array, Array]:
+        """Return the heights above the side and the balls, far from those that are not the nearest."""
         z = dot(self.tube.axis, point.position - self.center)
         zones = (np.abs(z) <= self.tube.half, z < -self.tube.half, z > self.tube.half)
-        parts = (self.tube.heights(point)[:2], *(end.heights(point) for end in self.ends))
-        return np.concatenate([np.where(zone, part, np.inf) for zone, part in zip(zones, parts, strict=True)])
+        parts = [part.measured(point) for part in (self.tube, *self.ends)]
+        heights = [np.where(zone, part[0], np.inf) for zone, (part, _) in zip(zones, parts, strict=True)]
+        return np.stack(heights), np.stack([lost[0] for _, lost in parts])
+
+    def heights(self, point: Point, certainty: float = 1.0) -> Array:
+        return np.repeat(self.snapped(point, certainty), 2, axis=0)
 
 
 def turned_axes(rotation: float | list[float]) -> list[Array]:
@@ -729,7 +745,7 @@ class BruteForce:
             sure &= (known & ~near) | (height < -points.blur - ROUNDING * length(way))
             unhidden = unhidden + weight
             reached = reached + weight * is_open
-        way, r, _ = lamp.ways_from(points.position)
+        way, r, fading = lamp.ways_from(points.position)
         height = dot(points.normal, way)
         if lamp.point is None:
             whole, share, spread = height, 2 / (1 + math.sqrt(1 - lamp.size**2)), 1.0
@@ -739,7 +755,9 @@ class BruteForce:
         value = np.where(above, whole * (reached / unhidden), share * reached / len(lamp.places))
         light = reflected * lamp.intensity * lamp.color / spread * value
         picture.radiance[:, pixels] += light
-        picture.tolerance[:, pixels] += (1e-3 + 8e-6 / picture.steep[pixels]) * light
+        # As without a size, a small cos(theta) has few digits in float32.
+        head_on = reflected * lamp.intensity * lamp.color / fading
+        picture.tolerance[:, pixels] += (1e-3 + 8e-6 / picture.steep[pixels]) * light + 1e-6 * head_on
         sure &= np.abs(height - lamp.size) > 1e-4 * (lamp.size + np.abs(height))
         picture.clear[pixels] &= sure
 
@@ -762,7 +780,7 @@ class BruteForce:
                 one = body.crossings(start, way)
             between = (one.t > 0) & (one.t < until) & ~on_lamp
             is_open &= ~(between & (one.margin > 0)).any(axis=0)
-            above = body.heights(start._replace(certainty=1 / 16))
+            above = body.heights(start, 1 / 16)
             almost = (
                 (above != 0) & (np.abs(above) <= points.blur) & (one.margin > -close) & (np.abs(one.t) < until)
             )
