@@ -757,7 +757,8 @@ class BruteForce:
         picture.radiance[:, pixels] += light
         # As without a size, a small cos(theta) has few digits in float32.
         head_on = reflected * lamp.intensity * lamp.color / fading
-        picture.tolerance[:, pixels] += (1e-3 + 8e-6 / picture.steep[pixels]) * light + 1e-6 * head_on
+        picture.tolerance[:, pixels] += (1e-3 + 8e-6 / picture.steep[pixels]) * light
+        picture.tolerance[:, pixels] += (1e-5 + 4 * points.blur / r) * head_on
         sure &= np.abs(height - lamp.size) > 1e-4 * (lamp.size + np.abs(height))
         picture.clear[pixels] &= sure
 
