@@ -14,7 +14,7 @@ export PROPTEST_RNG_SEED ?= 1
 NATIVE := $(wildcard tracer/Cargo.* tracer/*/Cargo.toml tracer/src/*.rs tracer/src/*/*.rs tracer/src/*/*/*.rs) \
 	$(wildcard tracer/*/src/*.rs tracer/*/src/*/*.rs)
 
-.PHONY: demo test integration dev soak check lint format docs site bench clean help
+.PHONY: demo rust test integration dev soak check lint format docs site bench clean help
 
 help:            ## show this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*##/\t/'
@@ -24,7 +24,10 @@ demo: $(VENV)/run.stamp ## render a game of chess to out/chess.png
 	$(BIN)/rtcli render scenes/chess.yaml -o $(DEMO)
 	@echo "The picture is in $(abspath $(DEMO))"
 
-test: $(VENV)/dev.stamp ## run the tests of Rust and Python: some minutes
+rust:            ## compile the tests of Rust
+	$(CARGO) test $(CRATE) --workspace --locked --quiet --no-run
+
+test: rust $(VENV)/dev.stamp ## run the tests of Rust and Python: some minutes
 	$(CARGO) test $(CRATE) --workspace --locked --quiet
 	$(BIN)/python -m pytest -n auto -m "not integration"
 

@@ -80,7 +80,7 @@ def test_lack_of_memory_is_an_error_that_leaves_nothing_behind(scene, folder, mo
     monkeypatch.setenv("TMPDIR", str(folder))
     write_crowd(20_000)
     Image.new("RGB", (2000, 1500)).save("golden.png")
-    Image.new("RGB", (8000, 6000)).save("large.png")
+    Image.new("RGB", (4000, 3000)).save("large.png")
     arguments = COMMANDS[name]
     needed = least(*arguments, above=32 * MIB)
     # With less memory, not even the program loads.

@@ -72,7 +72,7 @@ def assert_same_picture(data):
             assert ((np.abs(expected - got) <= tolerance * scale) | (expected == got)).all(), name
 
 
-@relaxed
+@settings(relaxed, max_examples=40)
 @given(crowded_scenes())
 def test_picture_is_the_references_for_hundreds_of_objects_at_any_scale(data):
     assert_same_picture(data)

@@ -66,7 +66,7 @@ def test_error_at_least_halves_from_one_to_four_and_from_four_to_sixteen_samples
         many = scene.render.model_copy(update={"samples": samples})
         return rtcli.render(scene.model_copy(update={"camera": camera, "render": many})).radiance.astype(float)
 
-    exact = radiance(1024)
+    exact = radiance(512)
     one, four, sixteen = (np.sqrt(np.mean((radiance(samples) - exact) ** 2)) for samples in (1, 4, 16))
     assert four <= one / 2
     assert sixteen <= four / 2
