@@ -1,6 +1,8 @@
 """The story of a pixel is that of `rtcli explain --json`, told at once."""
 
+import itertools
 import json
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from live_client import in_place, scene_text
@@ -52,6 +54,28 @@ def test_exposure_of_auto_is_that_of_the_picture_and_the_story_says_so(live, sce
     assert story["value"] == expected["value"]
     assert story["story"] == expected["story"]
     assert story["exposure"] == pytest.approx(expected["exposure"], abs=1e-4)
+
+
+def test_stories_asked_for_at_once_are_those_of_explain(live, scene):
+    text = scene_text().replace(
+        "lights:\n",
+        """\
+  - {type: cylinder, position: [2, 1, 1], radius: 0.5, height: 2, axis: [1, 3, 0], color: [0.8, 0.6, 0.4]}
+  - {type: cone, position: [-2, 1, 1], radius: 0.7, height: 2, color: [0.8, 0.6, 0.4]}
+  - {type: box, position: [0, 0.5, 3], size: [1, 1, 1], rotation: 30, color: [0.8, 0.6, 0.4]}
+lights:
+  - {position: [-3, 5, 4], intensity: 400, radius: 0.5}
+  - {type: sun, direction: [-1, -2, -1], irradiance: 1}
+""",
+    )
+    in_place(scene, text)
+    live.wait_for_text(text)
+    pixels = list(itertools.product(range(4, 64, 12), range(4, 48, 12)))
+    with ThreadPoolExecutor(8) as pool:
+        stories = list(pool.map(lambda pixel: live.get_json("/pixel", x=pixel[0], y=pixel[1]), pixels))
+    for pixel, story in zip(pixels, stories, strict=True):
+        assert story.pop("notes") == []
+        assert story == told(text, pixel, str(scene))
 
 
 def test_story_of_the_version_before(live, scene):
