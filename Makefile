@@ -25,9 +25,10 @@ demo: $(VENV)/run.stamp ## render a game of chess to out/chess.png
 	@echo "The picture is in $(abspath $(DEMO))"
 
 rust:            ## compile the tests of Rust
+	$(need_cargo)
 	$(CARGO) test $(CRATE) --workspace --locked --quiet --no-run
 
-test: rust $(VENV)/dev.stamp ## run the tests of Rust and Python: some minutes
+test: $(VENV)/dev.stamp rust ## run the tests of Rust and Python: some minutes
 	$(CARGO) test $(CRATE) --workspace --locked --quiet
 	$(BIN)/python -m pytest -n auto -m "not integration"
 

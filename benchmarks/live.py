@@ -95,9 +95,9 @@ def main() -> None:
     for scene in arguments.scenes:
         write_row(scene, *latencies(scene, arguments.saves))
     sys.stdout.write(f"bound of a story: {STORY} ms\n")
-    sys.stdout.write("scene at 640x480, milliseconds        story: median  p95\n")
+    sys.stdout.write("scene at 640x480, milliseconds        story: median  p95   with an exposure: median  p95\n")
     for scene in (*arguments.scenes, *SOFT):
-        write_row(scene, stories(scene))
+        write_row(scene, *stories(scene))
 
 
 def write_row(scene: Path, *columns: list[float]) -> None:
@@ -106,18 +106,19 @@ def write_row(scene: Path, *columns: list[float]) -> None:
     sys.stdout.write(f"{scene.stem:30}{figures}\n")
 
 
-def stories(scene: Path) -> list[float]:
-    """Return the milliseconds that the stories of pixels in a grid take."""
-    times = []
+def stories(scene: Path) -> tuple[list[float], list[float]]:
+    """Return the milliseconds that the stories of pixels in a grid take, and those with another exposure."""
+    times: tuple[list[float], list[float]] = [], []
     server = LiveServer(scene)
     try:
         server.next_picture(-1)
         server.fetch("pixel", "&x=0&y=0")
         for column, row in itertools.product(range(GRID[0]), range(GRID[1])):
             x, y = (int((at + 0.5) * n / of) for at, n, of in zip((column, row), SIZE, GRID, strict=True))
-            start = time.perf_counter()
-            server.fetch("pixel", f"&x={x}&y={y}")
-            times.append((time.perf_counter() - start) * 1e3)
+            for each, exposure in zip(times, ("", "&exposure=1"), strict=True):
+                start = time.perf_counter()
+                server.fetch("pixel", f"&x={x}&y={y}{exposure}")
+                each.append((time.perf_counter() - start) * 1e3)
     finally:
         server.end()
     return times

@@ -23,6 +23,9 @@ _PURPOSE = "rendering on a Dask cluster"
 _CONNECTION_LOST = "the connection to the Dask scheduler was lost"
 _CONNECT_TIMEOUT = 10  # seconds
 
+# They are different classes before Python 3.11.
+_TIMEOUTS = TimeoutError, futures.TimeoutError, asyncio.TimeoutError
+
 # Dask warns about larger messages. A scene file has at most 64 MiB, and a world is hardly larger.
 _MAX_MESSAGE = "1 GiB"
 
@@ -219,8 +222,8 @@ def _connect(distributed: Any, address: str, timeout: float) -> Iterator[Any]:
         try:
             client = _client(distributed, address, timeout)
         except Exception as error:
-            if isinstance(error, (TimeoutError, futures.TimeoutError, asyncio.TimeoutError)):  # without a message
-                reason = f"no answer after {timeout:g} s"
+            if isinstance(error, _TIMEOUTS) and not str(error):
+                reason = f"no answer after {timeout:g} s: check the address, and that a scheduler runs there"
             elif isinstance(error, (OSError, ValueError, TypeError)) and str(error):  # about the address
                 reason = str(error)
             else:  # Dask unpacks what a server of another kind answers: a MemoryError says nothing about memory

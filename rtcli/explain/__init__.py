@@ -65,7 +65,8 @@ def explain(
         Called with (points done, points in all) while an exposure of `auto` is metered, which takes long for
         thousands of objects.
     prepared
-        The scene prepared for many pixels: of many objects, only those near the rays of the pixel take part then.
+        The scene prepared for many pixels. Without a reference tracer of its own, only the objects near the rays
+        of the pixel take part.
 
     Returns
     -------
@@ -101,7 +102,7 @@ class _Pixel:
         self.pixel = pixel
         self.window = Window(*pixel, 1, 1)
         self.offsets = list(sample_offsets(scene.render.samples))
-        # The objects that take part: all, or of many those near the rays.
+        # The indices of the objects that take part: all, or only those near the rays.
         self.chosen: Sequence[int] = range(len(scene.objects))
         if prepared is None:
             world = pack_scene(scene).world

@@ -36,7 +36,7 @@ class PixelSamples:
         The pixel.
     offsets
         The position of each sample in the pixel.
-    seen
+    traced
         Their rays and hits.
     center
         The index of the object at the pixel's center, or `NOTHING`.
@@ -47,13 +47,13 @@ class PixelSamples:
         scenery: Scenery,
         window: Window,
         offsets: list[tuple[float, float]],
-        seen: tuple[Ray, Hit],
+        traced: tuple[Ray, Hit],
         center: int,
     ) -> None:
         self.scenery = scenery
         self.window = window
         self.offsets = offsets
-        self.ray, self.hit = seen
+        self.ray, self.hit = traced
         self.center = center
 
     def agreement(self, reference: Array, native: Array, seen: int) -> str:

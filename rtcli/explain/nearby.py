@@ -154,7 +154,7 @@ class PreparedScene:
     native
         The world in the native tracer.
     reference
-        The world in the reference tracer, to list all objects; None to list those near the rays of a pixel.
+        The world in the reference tracer, to list all objects; None to list only those near the rays of a pixel.
     """
 
     world: World

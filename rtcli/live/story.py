@@ -32,12 +32,13 @@ def story_of(
         If the pixel is not in the picture, or there is no such sample.
     """
     details = session.details(good)
-    rendering = session.rendering(good, view)
+    rendering = session.rendering(good, view.traced)
     model = details.model
     if view.size is not None:
         model = validate(replace(session.overrides, size=view.size).apply(details.document))
     is_metered = view.exposure is None and model.image.exposure == "auto"
-    model = replace(view, exposure=rendering.film.exposure).of_model(model)
+    exposure = rendering.film.exposure if view.exposure is None else view.exposure
+    model = replace(view, exposure=exposure).of_model(model)
     try:
         check_pixel(model, *pixel, sample)
     except ValueError as error:

@@ -193,7 +193,7 @@ class SimpleCamera:
 
     @cached_property
     def position(self) -> Array:
-        """Where it is: (3, 1). It is one array for all rays, since what is known of it is `remembered`."""
+        """Where the camera is: (3, 1). All rays share this array: `remembered` recognizes a point by identity."""
         return column(self.frame.position)
 
     def generate_primary_rays(self, window: Window, within: Within = CENTRE) -> Ray:
@@ -1447,8 +1447,6 @@ class PathToLight:
 
 def _extent(sight: Array) -> tuple[Array, float]:
     """Return that of points (3, N) nearest to 0, (3, 1), and the largest distance of the others from it."""
-    if not sight.size:
-        return np.zeros((3, 1)), 0.0
     nearest = sight[:, [dot(sight, sight).argmin()]]
     return nearest, float(length(sight - nearest).max())
 
@@ -1873,6 +1871,7 @@ class Scenery:
         seen = self.seen_sides(ray, hit)
         most = max(1, MOST_PATHS // max(1, len(hit.t)))
         groups = [self._places_of(source, most) for source in self.light_sources]
+        # All lights at once, since each object costs NumPy's calls however few paths there are.
         near = self.near_paths([source for places in groups for source in places], ray, hit)
         for places in groups:
             yield self._shadow_tests(places, near, (ray, hit, seen))
@@ -1881,7 +1880,10 @@ class Scenery:
     def _shadow_tests(
         self, sources: Sequence[LightSource], near: Mask, seen: tuple[Ray, Hit, Sides]
     ) -> Iterator[ShadowTest]:
-        """Yield the tests of lights without a size at hits that are seen from some sides."""
+        """Yield the tests of lights without a size at hits that are seen from some sides.
+
+        The objects `near` their paths are as `near_paths` returns them: (places, objects).
+        """
         ray, hit, sides = seen
         for source in sources:
             way = path_to_light(source, ray, hit)
@@ -1936,11 +1938,11 @@ class Scenery:
         Tried are those from the nearest point of the path to the object, with a sphere around it first, into the
         surface, and onto the object's flat faces.
         """
+        if not (hit.index.size and sources):
+            return np.zeros((sum(source.count for source in sources), len(self.objects)), dtype=bool)
         sight = ray.sight(hit.t)
         middle, spread = _extent(sight)
         point = ray.offset + middle
-        if not (hit.index.size and sources):
-            return np.zeros((sum(source.count for source in sources), len(self.objects)), dtype=bool)
         ways = [source.way_from(point, np.zeros((3, 1))) for source in sources]
         to_objects = self._positions - point
         rounding = APART * (length(to_objects) + np.abs(point).sum() + spread) + NO_SQUARE

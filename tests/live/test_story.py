@@ -78,6 +78,19 @@ lights:
         assert story == told(text, pixel, str(scene))
 
 
+def test_stories_with_another_exposure_share_one_tracer_and_write_no_picture(monkeypatch, live):
+    used = []
+
+    def recorded(*arguments, prepared):
+        used.append(prepared.reference)
+        return explain(*arguments, prepared=prepared)
+
+    monkeypatch.setattr("rtcli.live.story.explain", recorded)
+    monkeypatch.setattr("rtcli.live.rendering._developed", pytest.fail)
+    assert [live.get_json("/pixel", x=5, y=5, exposure=stops)["exposure"] for stops in (1, -1)] == [1, -1]
+    assert used == [live.session.state.good.rendering.reference] * 2
+
+
 def test_story_of_the_version_before(live, scene):
     in_place(scene, scene_text(0.5))
     live.wait_for_text(scene_text(0.5))

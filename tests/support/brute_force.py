@@ -67,8 +67,8 @@ class Point(NamedTuple):
     error: Array | float
 
     def lost(self, away: Array, grain: Any) -> Array:
-        """Return what is lost of the height above a surface of which they are so far away."""
-        return np.asarray(ROUNDING * away + self.error + grain)
+        """Return what is lost of the height above a surface from which they are so far away."""
+        return ROUNDING * away + self.error + grain
 
 
 def is_doubtful(body: Body, point: Point) -> Mask:
@@ -151,11 +151,11 @@ class Body:
     def snapped(self, point: Point, certainty: float = 1.0) -> Array:
         """Return the same heights, 0 where that is only rounding."""
         known = next((each for each in self._measured if each[0] is point.position), None)
-        if known is None or known[1] is not point.error:
-            known = (point.position, point.error, *self.measured(point))
-        # The light is asked about again for each point of the surface, and the other way around.
+        if known is None:
+            known = (point.position, *self.measured(point))
+        # Two are kept: the points of a surface and a light are asked about in turn.
         self._measured = (known, *(each for each in self._measured if each[0] is not point.position))[:2]
-        _, _, heights, lost = known
+        _, heights, lost = known
         return np.where(np.abs(heights) <= certainty * lost, 0.0, heights)
 
     def heights(self, point: Point, certainty: float = 1.0) -> Array:
@@ -467,6 +467,11 @@ class Lamp(NamedTuple):
         return way, r, 4 * np.pi * r * r
 
 
+def rounded(head_on: Array, r: Array, blur: Array) -> Array:
+    """Return what float32 may take from light at a distance r: where cos(theta) is small, it has few digits."""
+    return head_on * (1e-5 + 4 * blur / r)
+
+
 def pattern(count: int) -> list[Array]:
     """Return the places of an emitter of radius 1, (3,) each."""
     pairs, found = count // 2, [np.zeros(3)] * (count % 2)
@@ -715,7 +720,7 @@ class BruteForce:
         lost = ROUNDING * np.abs(way).sum(axis=0) + (points.error if lamp.toward is None else 0.0)
         height = np.where(np.abs(height) <= lost, 0.0, height)
         arriving = reflected * lamp.intensity * lamp.color / fading
-        picture.tolerance[:, pixels] += arriving * (1e-5 + 4 * points.blur / r)
+        picture.tolerance[:, pixels] += rounded(arriving, r, points.blur)
         # What faces away from a sun by rounding gets no light to speak of.
         facing = np.flatnonzero(height > (-points.blur if lamp.toward is None else 0.0))
         is_open, sure = self._unblocked(lamp, Points(*(values[..., facing] for values in points)), way[:, facing])
@@ -745,7 +750,7 @@ class BruteForce:
             sure &= (known & ~near) | (height < -points.blur - ROUNDING * length(way))
             unhidden = unhidden + weight
             reached = reached + weight * is_open
-        way, r, fading = lamp.ways_from(points.position)
+        way, r, _ = lamp.ways_from(points.position)
         height = dot(points.normal, way)
         if lamp.point is None:
             whole, share, spread = height, 2 / (1 + math.sqrt(1 - lamp.size**2)), 1.0
@@ -755,10 +760,10 @@ class BruteForce:
         value = np.where(above, whole * (reached / unhidden), share * reached / len(lamp.places))
         light = reflected * lamp.intensity * lamp.color / spread * value
         picture.radiance[:, pixels] += light
-        # As without a size, a small cos(theta) has few digits in float32.
-        head_on = reflected * lamp.intensity * lamp.color / fading
         picture.tolerance[:, pixels] += (1e-3 + 8e-6 / picture.steep[pixels]) * light
-        picture.tolerance[:, pixels] += (1e-5 + 4 * points.blur / r) * head_on
+        nearest = np.maximum(r, lamp.size / 4)
+        head_on = reflected * lamp.intensity * lamp.color / (spread * (1.0 if lamp.point is None else nearest**2))
+        picture.tolerance[:, pixels] += rounded(head_on, nearest, points.blur)
         sure &= np.abs(height - lamp.size) > 1e-4 * (lamp.size + np.abs(height))
         picture.clear[pixels] &= sure
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from worlds import box, crowded_scenes, extreme_scenes, light, plane, random_scenes, render, scene, sphere
+from worlds import box, crowded_scenes, extreme_scenes, light, plane, random_scenes, render, scene, sphere, sun
 
 from rtcli.rendering.pack import pack_scene
 from rtcli.tracer import reference
@@ -126,6 +126,23 @@ def test_only_objects_near_a_path_to_a_light_are_asked(name, expected):
     with np.errstate(all="ignore"):
         near = scenery.near_paths(scenery.light_sources, ray, scenery.nearest_hit(ray))
     assert near[0, [item["name"] for item in objects].index(name)] == expected
+
+
+def test_lights_tested_together_are_near_the_objects_that_each_is():
+    lights = [light([0, 6, 0]), light([3, 6, 0], radius=2), sun([-1, -1, 0], angle=20)]
+    objects = [plane([0, 0, 0], [0, 1, 0]), *(sphere([x, 3, 0], 0.5) for x in range(-2, 6))]
+    world = pack_scene(scene(objects, lights, render={"shadow_samples": 4})).world
+    scenery = build_scenery(world)
+    sources = [places for source in scenery.light_sources for places in scenery._places_of(source, 4)]
+    point = np.array([[0.0, 0.1], [0.0, 0.0], [0.0, 0.0]])
+    eye = np.array([[9.0], [1.0], [0.0]])
+    ray = Ray(eye, (point - eye) / np.linalg.norm(point - eye, axis=0))
+    with np.errstate(all="ignore"):
+        hit = scenery.nearest_hit(ray)
+        together = scenery.near_paths(sources, ray, hit)
+        each = [scenery.near_paths([source], ray, hit) for source in sources]
+    np.testing.assert_array_equal(together, np.concatenate(each))
+    assert len({row.tobytes() for row in together}) > 3
 
 
 def test_there_is_a_formula_for_each_pass():
