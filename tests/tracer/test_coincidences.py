@@ -672,3 +672,19 @@ def test_failing_scene_is_shrunk_while_it_fails(monkeypatch):
     monkeypatch.setattr(soak, "_fails", fails)
     small = soak.shrunk(copy.deepcopy(data))
     assert (small["objects"], small["lights"]) == ([culprit], [])
+
+
+@pytest.mark.parametrize("count", [1, 2, 9])
+@pytest.mark.parametrize("away", [1e20, 1e30, 1e45, 1e100])
+def test_bodies_very_far_away_change_nothing_near_along_parallel_rays(render, count, away):
+    # Nothing but the picture says how small things are: the eye is on the floor, which has no size.
+    way = np.array([0.36, 0.8, 0.48]) * away
+    bodies = [far_body("cylinder", list(way * (1 + number)), 0.05 * away) for number in range(count)]
+    camera = {"resolution": [16, 12], "projection": "orthographic", "height": 2, "look_at": [0, -1, -1]}
+    objects = [plane([0, 0, 0], [0, 1, 0]), *bodies]
+    film = render(scene(objects, [sun([0, -1, 0], math.pi)], camera=camera), passes=["object_id", "distance"])
+    # A ray that starts at the height y in the picture, y / sqrt(2) above the floor, goes down at 45 degrees.
+    y = np.repeat(1 - (np.arange(12)[:, None] + 0.5) / 6, 16, axis=1)
+    np.testing.assert_array_equal(film.object_id, y > 0)
+    np.testing.assert_allclose(film.distance[y > 0], y[y > 0], rtol=1e-5)
+    np.testing.assert_allclose(film.radiance[y > 0], 1.0, rtol=1e-5)

@@ -1,4 +1,5 @@
 use super::*;
+use crate::camera::Projection;
 use crate::oracle::any_world;
 use crate::world::{Camera, CapsuleDesc, ConeDesc, CuboidDesc, CylinderDesc, LightSource, ShapeDesc, SphereDesc};
 use crate::world::{Object, Settings};
@@ -114,6 +115,17 @@ fn the_unit_brings_the_scene_to_about_one() {
         assert!((0.5..4.0).contains(&sphere.center[2]), "{size}: {:?}", sphere.center);
         let ratio = sphere.center[2] / sphere.radius;
         assert!((ratio - 10.0).abs() < 1e-12, "{size}: {ratio}");
+    }
+}
+
+#[test]
+fn along_parallel_rays_the_picture_counts_however_many_objects_are_far_away() {
+    let mut world = one_object(ShapeDesc::Sphere(SphereDesc { radius: 1e58 }), [0.0, 0.0, -1e60]);
+    world.camera.projection = Projection::Orthographic;
+    world.camera.half_height = 1.0;
+    for _ in 0..3 {
+        assert!((-62..=0).contains(&libm::ilogb(unit::suitable_unit(&world))));
+        world.objects.push(world.objects[0].clone());
     }
 }
 

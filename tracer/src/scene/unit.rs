@@ -16,8 +16,12 @@ const FARTHEST_EXPONENT: i32 = 80;
 /// parallel anyway.
 const AS_GOOD_AS_PARALLEL: i32 = 30;
 
+/// Along parallel rays, the typical distance counts at most this power of two times the size of the picture: what is
+/// seen is that small, however far away most objects are.
+const FARTHEST_FROM_PICTURE: i32 = 40;
+
 /// Return a power of two that scales the median of the objects' and lights' distances from the eye, or their sizes
-/// if larger, to about 1, or below if something is very far away.
+/// if larger, and the size of the picture along parallel rays, to about 1, or below if something is very far away.
 pub(crate) fn suitable_unit(world: &World<impl Objects>) -> f64 {
     let (eye, objects) = (world.camera.position, &world.objects);
     let exponent = |position: Vector, size: f64| {
@@ -30,7 +34,8 @@ pub(crate) fn suitable_unit(world: &World<impl Objects>) -> f64 {
     let mut exponents = numbers
         .fold(Exponents::new, |exponents, number| exponents.with(of_object(number)))
         .reduce(Exponents::new, Exponents::joined);
-    let Some(farthest_object) = exponents.largest() else {
+    let picture = picture_exponent(&world.camera);
+    let Some(farthest_object) = exponents.largest().max(picture) else {
         return 1.0;
     };
     for light in &world.lights {
@@ -39,9 +44,11 @@ pub(crate) fn suitable_unit(world: &World<impl Objects>) -> f64 {
             exponents = exponents.with(light.map(|light| light.min(farthest_object + AS_GOOD_AS_PARALLEL)));
         }
     }
+    let exponents = exponents.with(picture);
     let typical = exponents.median();
-    let farthest = exponents.largest().unwrap_or(farthest_object);
-    let farthest = farthest.min(typical + FARTHEST_EXPONENT).max(picture_exponent(&world.camera));
+    let typical = picture.map_or(typical, |picture| typical.min(picture + FARTHEST_FROM_PICTURE));
+    let farthest = exponents.largest().unwrap_or(farthest_object).min(typical + FARTHEST_EXPONENT);
+    let farthest = picture.map_or(farthest, |picture| farthest.max(picture));
     let exponent = typical.max(farthest - LARGEST_EXPONENT);
     libm::scalbn(1.0, -exponent.clamp(-1000, 1000))
 }
@@ -84,10 +91,10 @@ impl Exponents {
 }
 
 /// The exponent of half the larger side of the picture in the world, where it has one.
-fn picture_exponent(camera: &Camera) -> i32 {
+fn picture_exponent(camera: &Camera) -> Option<i32> {
     let aspect = camera.pixel_aspect * f64::from(camera.width) / f64::from(camera.height);
     match camera.projection {
-        Projection::Perspective => i32::MIN / 2,
-        Projection::Orthographic => libm::ilogb((camera.half_height * aspect.max(1.0)).min(f64::MAX)),
+        Projection::Perspective => None,
+        Projection::Orthographic => Some(libm::ilogb((camera.half_height * aspect.max(1.0)).min(f64::MAX))),
     }
 }
