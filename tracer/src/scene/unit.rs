@@ -93,8 +93,6 @@ impl Exponents {
 /// The exponent of half the larger side of the picture in the world, where it has one.
 fn picture_exponent(camera: &Camera) -> Option<i32> {
     let aspect = camera.pixel_aspect * f64::from(camera.width) / f64::from(camera.height);
-    match camera.projection {
-        Projection::Perspective => None,
-        Projection::Orthographic => Some(libm::ilogb((camera.half_height * aspect.max(1.0)).min(f64::MAX))),
-    }
+    let half = (camera.half_height * aspect.max(1.0)).min(f64::MAX);
+    (camera.projection == Projection::Orthographic && half > 0.0).then(|| libm::ilogb(half))
 }
