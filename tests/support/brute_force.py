@@ -679,7 +679,7 @@ class BruteForce:
             reflected = albedo / np.pi * weak
             ambient = albedo * weak * self.ambient
             picture.radiance[:, dull] += ambient
-            picture.tolerance[:, dull] += 1e-5 * ambient
+            picture.tolerance[:, dull] += (1e-5 + self._faded(blur, distance[dull])) * ambient
             for lamp in self.lamps:
                 self._add(lamp, points, reflected, picture, dull)
         return picture
@@ -698,6 +698,10 @@ class BruteForce:
             lost = ROUNDING * np.abs(on_face).max(axis=0, initial=0) + points.error[own] + np.max(body.grain)
             sure[own] = from_border > 4 * points.blur[own] + SINGLE * size + 64 * lost
         return albedo, sure
+
+    def _faded(self, blur: Array, distance: Array) -> Array | float:
+        """Return the share of light that float32 may take on its way to the eye."""
+        return blur / distance if self.eye_falloff else 0.0
 
     def _blur(self, index: npt.NDArray[np.intp], position: Array, distance: Array) -> Array:
         """Return what float32 may take from points: a share of their way from the nearest of their object."""
@@ -732,8 +736,7 @@ class BruteForce:
         size = np.array([body.bend for body in self.bodies])
         seen = pixels[lit]
         share += 2e-6 * self._pixel_at(picture.distance[seen]) / size[picture.object_id[seen] - 1]
-        if self.eye_falloff:
-            share += points.blur[lit] / picture.distance[pixels[lit]]
+        share += self._faded(points.blur[lit], picture.distance[seen])
         picture.tolerance[:, pixels[lit]] += share * light
         picture.clear[pixels[facing]] &= sure & (r[facing] > 1e3 * points.blur[facing])
 
@@ -760,7 +763,8 @@ class BruteForce:
         value = np.where(above, whole * (reached / unhidden), share * reached / len(lamp.places))
         light = reflected * lamp.intensity * lamp.color / spread * value
         picture.radiance[:, pixels] += light
-        picture.tolerance[:, pixels] += (1e-3 + 8e-6 / picture.steep[pixels]) * light
+        share = 1e-3 + 8e-6 / picture.steep[pixels] + self._faded(points.blur, picture.distance[pixels])
+        picture.tolerance[:, pixels] += share * light
         nearest = np.maximum(r, lamp.size / 4)
         head_on = reflected * lamp.intensity * lamp.color / (spread * (1.0 if lamp.point is None else nearest**2))
         picture.tolerance[:, pixels] += rounded(head_on, nearest, points.blur)
