@@ -295,10 +295,12 @@ def test_cluster_without_workers_is_given_up_after_a_while(run, scene, scenes, c
 def test_late_worker_of_another_version_ends_a_batch_and_the_next_goes_on(run, spawn, scenes):
     pytest.importorskip("distributed", exc_type=ImportError)
     assert run("batch", "scenes", "-o", "whole", *OPTIONS).exit_code == 0
-    with no_workers() as cluster, worker_of(cluster):
+    with no_workers() as cluster, worker_of(cluster) as worker:
         process = spawn("batch", "scenes", "-o", "out", *OPTIONS, "--dask", cluster.address)
         wait_until(lambda: len(pictures()) >= 2)
+        worker.send_signal(signal.SIGSTOP)  # else it might be done before the other one has started
         with worker_of(cluster, "9.9.9"):
+            worker.send_signal(signal.SIGCONT)
             _, errors = process.communicate(timeout=60)
     assert process.returncode == 3
     assert re.fullmatch(
