@@ -10,7 +10,7 @@ use crate::shapes::points::{PlaneEquation, Points, ShadowRays};
 use crate::shapes::primitive::{Description, FaceAxes, Primitive};
 use crate::tile::LANES;
 use crate::tile::hits::{FACE_BITS, HitBuffer, INSIDE, from_inside, offer, offer_parallel};
-use crate::tile::rays::{Ray, Rays};
+use crate::tile::rays::{Ray, Rays, at_a_slant};
 use crate::vector::{Vector, add, cross, l1_norm, largest, length, rotate, scale, sub, to_f32};
 use std::f64::consts::PI;
 
@@ -273,7 +273,11 @@ impl Cuboid {
             let number = 4 * i as u32 + if along[i] > 0.0 { 2 } else { 0 };
             slabs[i] = (number, [a.min(b), a.max(b), -x / along[i], -y / along[i]].map(|number| number as f32));
         }
-        let limits = rays.limits();
+        let (limit, rounding) = rays.limits();
+        let rounding = along.into_iter().fold(rounding, |most, along| match along {
+            0.0 => most,
+            _ => most.max(at_a_slant(rounding, along)),
+        });
         let mut close = 0;
         for lane in 0..LANES {
             let (dx, dy) = (rays.dx[lane], rays.dy[lane]);
@@ -292,11 +296,12 @@ impl Cuboid {
                 let across = x * dx + y * dy;
                 beside |= (across < low) | (across > high);
             }
-            let inside = start + enter <= limits.0;
+            let inside = start + enter <= limit;
             let tau = if inside { leave } else { enter };
             let number = if inside { left + INSIDE } else { entered };
             let t = if (enter <= leave) & !beside { start + tau } else { 0.0 };
-            close += offer_parallel((&mut hits.t[lane], &mut hits.face[lane]), limits, t, face + number);
+            let hit = (&mut hits.t[lane], &mut hits.face[lane]);
+            close += offer_parallel(hit, (limit, rounding), t, face + number);
         }
         hits.close += close;
     }

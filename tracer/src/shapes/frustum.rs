@@ -29,7 +29,7 @@ use crate::shapes::primitive::Primitive;
 use crate::shapes::sphere::{FAR_ABOVE_ROUNDING, RAYS_PER_TEST};
 use crate::tile::LANES;
 use crate::tile::hits::{FACE_BITS, HitBuffer, INSIDE, from_inside, offer, offer_parallel};
-use crate::tile::rays::{Ray, Rays};
+use crate::tile::rays::{Ray, Rays, at_a_slant};
 use crate::vector::{Vector, add, cross, dot, l1_norm, length, perpendicular, rotate, scale, sub, to_f32};
 use std::ops::{Add, Div, Sub};
 
@@ -513,7 +513,8 @@ impl Frustum {
         let eye_is_outside = self.eye_is_outside();
         let start = self.bounding_sphere().begin(rays);
         let lines = self.lines_of_rays(rays, (rays.origin, rays.middle), f64::from(start));
-        let (limits, radius) = (rays.limits(), self.profile.radius as f32);
+        let ((limit, rounding), radius) = (rays.limits(), self.profile.radius as f32);
+        let on_disc = at_a_slant(rounding, dot(self.axis, rays.middle));
         let mut close = 0;
         for test in 0..LANES / RAYS_PER_TEST {
             let [dx, dy] = [&rays.dx, &rays.dy].map(|lanes| &lanes.as_chunks::<RAYS_PER_TEST>().0[test]);
@@ -526,7 +527,7 @@ impl Frustum {
                 let (lower, upper) = span(abc, w[2], discriminant[i].sqrt());
                 let (near, far) = lines.slab(x);
                 let (enter, leave) = (larger(near, lower), smaller(far, upper));
-                let outside = if PARALLEL { start + enter * radius > limits.0 } else { eye_is_outside };
+                let outside = if PARALLEL { start + enter * radius > limit } else { eye_is_outside };
                 let (tau, disc) = if outside { (enter, near > lower) } else { (leave, far < upper) };
                 let rising = lines.along + lines.turn * x[2] > 0.0;
                 let number = if rising == outside { BASE } else { TOP };
@@ -534,6 +535,7 @@ impl Frustum {
                 let t = if met { start + tau * radius } else { 0.0 };
                 let face = face + if disc { number } else { SIDE } + if outside { 0 } else { INSIDE };
                 let hit = (&mut best[i], &mut faces[i]);
+                let limits = (limit, if disc { on_disc } else { rounding });
                 close += if PARALLEL { offer_parallel(hit, limits, t, face) } else { offer(hit, t, face) };
             }
         }

@@ -10,7 +10,7 @@ use crate::shapes::points::{PlaneEquation, Points, ROUNDING, ShadowRays};
 use crate::shapes::primitive::{Description, FaceAxes, Primitive};
 use crate::tile::LANES;
 use crate::tile::hits::{HitBuffer, INSIDE, from_inside, offer, offer_parallel};
-use crate::tile::rays::{Ray, Rays};
+use crate::tile::rays::{Ray, Rays, at_a_slant};
 use crate::vector::{Vector, cross, dot, l1_norm, normalized, scale, sub, to_f32};
 
 /// Document, section 2.2.2: a ray with |d . n| below this, for unit d, is parallel to the plane.
@@ -100,7 +100,8 @@ impl Plane {
         let face = face + if along > 0.0 { INSIDE } else { 0 };
         let middle = ((offset - dot(normal, rays.origin)) / along) as f32;
         let [x, y, _] = to_f32(scale(normal, -1.0 / along));
-        let limits = rays.limits();
+        let (start, rounding) = rays.limits();
+        let limits = (start, at_a_slant(rounding, along));
         let mut close = 0;
         for lane in 0..LANES {
             let t = middle + (x * rays.dx[lane] + y * rays.dy[lane]);

@@ -74,6 +74,18 @@ impl Pattern {
     }
 }
 
+/// The rounding of the depths of parallel rays, which is generous, suffices down to this |cos|, and grows at most by
+/// the factor.
+const SLANT: f32 = 1.0 / 16.0;
+pub(crate) const MOST_AT_A_SLANT: f32 = 1000.0;
+
+/// The rounding of the depths of parallel rays on a surface that they meet at some |cos|: it grows like the depths
+/// across the tile.
+#[inline(always)]
+pub(crate) fn at_a_slant(rounding: f32, cosine: f64) -> f32 {
+    rounding * (SLANT / cosine.abs() as f32).clamp(1.0, MOST_AT_A_SLANT)
+}
+
 impl Rays {
     pub(crate) fn new() -> Rays {
         Rays {
@@ -161,7 +173,7 @@ impl Rays {
         START_ROUNDING * (self.origin[0].abs() + self.origin[1].abs() + self.parallel_extent())
     }
 
-    /// The depth at which parallel rays start, and the rounding of their depths in float32.
+    /// The depth at which parallel rays start, and the rounding of their depths in float32; see `at_a_slant`.
     #[inline(always)]
     pub(crate) fn limits(&self) -> (f32, f32) {
         (self.start() as f32, CLOSE * self.parallel_extent() as f32)

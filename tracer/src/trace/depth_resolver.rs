@@ -11,7 +11,7 @@ use crate::shapes::contact::ON_SURFACE;
 use crate::shapes::primitive::Primitive;
 use crate::tile::LANES;
 use crate::tile::hits::{FACE_BITS, HitBuffer};
-use crate::tile::rays::{CLOSE, Rays};
+use crate::tile::rays::{CLOSE, MOST_AT_A_SLANT, Rays, at_a_slant};
 use crate::vector::l1_norm;
 use std::iter;
 
@@ -82,8 +82,12 @@ impl DepthResolver {
         let sideways = l1_norm(rays.origin);
         for lane in 0..LANES {
             let (t, best) = (alone.t[lane], hits.t[lane]);
-            if (t - best).abs() <= 2.0 * (CLOSE * best + rounding) && t > 0.0 {
-                let (depth, along) = shape.depth(rays.exact(lane));
+            let is_close = |rounding: f32| (t - best).abs() <= 2.0 * (CLOSE * best + rounding) && t > 0.0;
+            if !is_close(rounding * MOST_AT_A_SLANT) {
+                continue;
+            }
+            let (depth, along) = shape.depth(rays.exact(lane));
+            if is_close(if depth.is_finite() { at_a_slant(rounding, along) } else { rounding }) {
                 self.candidates.push(Candidate {
                     lane: lane as u8,
                     number: scene.numbers[object as usize],
