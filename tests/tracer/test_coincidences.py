@@ -692,8 +692,8 @@ def test_bodies_very_far_away_change_nothing_near_along_parallel_rays(render, co
 
 @pytest.mark.parametrize("kinds", [("box", "cone"), ("cone", "box"), ("plane", "box"), ("cylinder", "plane")])
 def test_first_of_coincident_faces_is_seen_where_parallel_rays_graze_them(render, kinds):
-    # Along rays that fall by 1 in 2,000, float32 depths differ by as much more between kinds of shapes. One row of rays
-    # starts just above the faces.
+    # Along rays that fall by 1 in 2,000, float32 depths differ by as much more between kinds of shapes. One row of
+    # rays starts just above the faces.
     flat = {
         "plane": plane([0, 0, 0], [0, 1, 0]),
         "box": box([-0.1, -0.5, 0], [9, 1, 9]),
