@@ -467,9 +467,12 @@ class Lamp(NamedTuple):
         return way, r, 4 * np.pi * r * r
 
 
-def rounded(head_on: Array, r: Array, blur: Array) -> Array:
-    """Return what float32 may take from light at a distance r: where cos(theta) is small, it has few digits."""
-    return head_on * (1e-5 + 4 * blur / r)
+def rounded(head_on: Array, r: Array, blur: Array, steep: Array) -> Array:
+    """Return what float32 may take from light at a distance r: where cos(theta) is small, it has few digits.
+
+    So has the normal where a ball is seen at its rim: `steep` is |cos| there.
+    """
+    return head_on * (1e-5 + 4 * blur / r + 5e-7 / steep)
 
 
 def pattern(count: int) -> list[Array]:
@@ -724,7 +727,7 @@ class BruteForce:
         lost = ROUNDING * np.abs(way).sum(axis=0) + (points.error if lamp.toward is None else 0.0)
         height = np.where(np.abs(height) <= lost, 0.0, height)
         arriving = reflected * lamp.intensity * lamp.color / fading
-        picture.tolerance[:, pixels] += rounded(arriving, r, points.blur)
+        picture.tolerance[:, pixels] += rounded(arriving, r, points.blur, picture.steep[pixels])
         # What faces away from a sun by rounding gets no light to speak of.
         facing = np.flatnonzero(height > (-points.blur if lamp.toward is None else 0.0))
         is_open, sure = self._unblocked(lamp, Points(*(values[..., facing] for values in points)), way[:, facing])
@@ -767,7 +770,7 @@ class BruteForce:
         picture.tolerance[:, pixels] += share * light
         nearest = np.maximum(r, lamp.size / 4)
         head_on = reflected * lamp.intensity * lamp.color / (spread * (1.0 if lamp.point is None else nearest**2))
-        picture.tolerance[:, pixels] += rounded(head_on, nearest, points.blur)
+        picture.tolerance[:, pixels] += rounded(head_on, nearest, points.blur, picture.steep[pixels])
         sure &= np.abs(height - lamp.size) > 1e-4 * (lamp.size + np.abs(height))
         picture.clear[pixels] &= sure
 
