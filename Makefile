@@ -28,7 +28,7 @@ rust:            ## compile the tests of Rust
 	$(need_cargo)
 	$(CARGO) test $(CRATE) --workspace --locked --quiet --no-run
 
-test: $(VENV)/dev.stamp rust ## run the tests of Rust and Python: some minutes
+test: $(VENV)/dev.stamp ## run the tests of Rust and Python: some minutes
 	$(CARGO) test $(CRATE) --workspace --locked --quiet
 	$(BIN)/python -m pytest -n auto -m "not integration"
 

@@ -15,6 +15,7 @@ from rtcli.explain.nearby import Bodies, PreparedScene
 from rtcli.rendering.pack import pack_scene
 from rtcli.scene.model import Scene
 from rtcli.tracer.native import NativeTracer
+from rtcli.tracer.reference import ReferenceTracer
 
 
 def prepared(scene):
@@ -31,7 +32,10 @@ def test_objects_far_from_the_rays_change_nothing(scene, data):
     scene = Scene.model_validate(scene)
     width, height = scene.camera.resolution
     x, y = data.draw(st.integers(0, width - 1)), data.draw(st.integers(0, height - 1))
-    few, all_objects = explain(scene, x, y, prepared=prepared(scene)), explain(scene, x, y)
+    one = prepared(scene)
+    few, all_objects = explain(scene, x, y, prepared=one), explain(scene, x, y)
+    whole = explain(scene, x, y, prepared=replace(one, reference=ReferenceTracer(one.world, 1)))
+    assert repr(whole) == repr(all_objects)
     # As text, which takes NaN for equal to itself.
     listed, every = ([*map(repr, each.story.intersections.objects)] for each in (few, all_objects))
     assert listed == [item for item in every if item in listed]

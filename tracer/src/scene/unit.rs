@@ -31,11 +31,12 @@ pub(crate) fn suitable_unit(world: &World<impl Objects>) -> f64 {
     };
     let of_object = |number: usize| exponent(objects.position(number), objects.shape(number).size());
     let numbers = (0..objects.count()).into_par_iter();
+    let picture = picture_exponent(&world.camera);
     let mut exponents = numbers
         .fold(Exponents::new, |exponents, number| exponents.with(of_object(number)))
-        .reduce(Exponents::new, Exponents::joined);
-    let picture = picture_exponent(&world.camera);
-    let Some(farthest_object) = exponents.largest().max(picture) else {
+        .reduce(Exponents::new, Exponents::joined)
+        .with(picture);
+    let Some(farthest_object) = exponents.largest() else {
         return 1.0;
     };
     for light in &world.lights {
@@ -44,7 +45,6 @@ pub(crate) fn suitable_unit(world: &World<impl Objects>) -> f64 {
             exponents = exponents.with(light.map(|light| light.min(farthest_object + AS_GOOD_AS_PARALLEL)));
         }
     }
-    let exponents = exponents.with(picture);
     let typical = exponents.median();
     let typical = picture.map_or(typical, |picture| typical.min(picture + FARTHEST_FROM_PICTURE));
     let farthest = exponents.largest().unwrap_or(farthest_object).min(typical + FARTHEST_EXPONENT);
